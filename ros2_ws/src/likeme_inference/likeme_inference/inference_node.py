@@ -1,0 +1,305 @@
+"""The node that believes, decides, acts through the arm, and asks."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+from collections import Counter
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from likeme_inference import messages
+from likeme_inference.arm_call import ArmCall
+from likeme_inference.help_desk import AnswerRefusedError, HelpDesk
+from likeme_inference.node_settings import NUMBERS, OTHERS, read_model, read_settings
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.imitation import help_request
+from likeme_inference.tabletop.robot_model import RobotModel
+from likeme_inference.tabletop.session import ImitationSession, Phase
+from likeme_inference.tabletop.values import (
+    Decision,
+    GoalBelief,
+    MotionReport,
+    Outcome,
+    Remark,
+    Reply,
+)
+from likeme_msgs.msg import Decision as DecisionMsg
+from likeme_msgs.msg import Demonstration as DemonstrationMsg
+from likeme_msgs.msg import GoalBelief as GoalBeliefMsg
+from likeme_msgs.msg import Outcome as OutcomeMsg
+from likeme_msgs.msg import TableState
+from likeme_msgs.srv import AskHuman, ExecuteAction
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+WATCH_PERIOD = 0.1
+#: s: one log line for all bad messages of this time; a camera silent for longer, or a message
+#: dropped more recently, is worth a warning.
+THROTTLE = 5.0
+CAMERA_SILENCE = 2.0
+RECENT = 10.0
+
+
+class InferenceNode(Node):
+    """Infers goals from demonstrations, imitates them, and asks for help when it is not sure.
+
+    Subscribes:
+        demonstration (Demonstration, reliable 10): what a person showed
+        table_state (TableState, reliable 1): where things are, settled or not
+    Publishes:
+        goal_belief (GoalBelief), decision (Decision), outcome (Outcome): each reliable, transient
+            local, depth 1
+        /diagnostics (DiagnosticArray): 1 Hz, by the steady clock
+    Service:
+        ask_human (AskHuman): list what is pending, answer it
+    Client:
+        arm/execute_action (ExecuteAction): once a decision, never repeated
+    Parameters, all taken up by the next decision:
+        mode: trajectory, goal_based or interactive
+        goal_prior: p(LEFT), p(RIGHT), p(OFFTABLE) before anything is shown
+        model_file: path of a model file; empty: the shipped one
+        and help_threshold, turn_timeout, turn_delay, outcome_timeout, action_timeout, arm_wait:
+            see node_settings
+    """
+
+    def __init__(self) -> None:
+        super().__init__('inference_node')
+        self._declare_parameters()
+        values = self._parameter_values()
+        model = read_model(values['model_file'])
+        self._proposed_model: RobotModel | None = None
+        self._session = ImitationSession(model, read_settings(values))
+        self._desk = HelpDesk()
+        self._counts: Counter[str] = Counter()
+        self._camera_heard = time.monotonic()
+        self._dropped_at = -math.inf
+        self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
+        self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
+        self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
+        self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._arm = ArmCall(
+            self.create_client(ExecuteAction, 'arm/execute_action'),
+            messages.read_motion,
+            self._on_motion,
+            self._on_late_answer,
+            values['arm_wait'],
+            values['action_timeout'],
+        )
+        self.create_subscription(DemonstrationMsg, 'demonstration', self._on_demonstration, 10)
+        self.create_subscription(TableState, 'table_state', self._on_table_state, 1)
+        self.create_service(AskHuman, 'ask_human', self._on_ask_human)
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._apply_parameters)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        self.get_logger().info(
+            f'I know {", ".join(model.objects)} from {model.label} and imitate in '
+            f'{values["mode"]} mode. Show me something.'
+        )
+
+    def _declare_parameters(self) -> None:
+        for name, number in NUMBERS.items():
+            span = FloatingPointRange(from_value=number.least, to_value=number.greatest)
+            descriptor = ParameterDescriptor(
+                description=number.description, floating_point_range=[span]
+            )
+            self.declare_parameter(name, float(number.default), descriptor)
+        for name, (default, description) in OTHERS.items():
+            self.declare_parameter(name, default, ParameterDescriptor(description=description))
+
+    def _parameter_values(self) -> dict[str, Any]:
+        return {name: self.get_parameter(name).value for name in [*NUMBERS, *OTHERS]}
+
+    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
+        new = {p.name: p.value for p in parameters}
+        self._proposed_model = None
+        try:
+            read_settings({**self._parameter_values(), **new})
+            if 'model_file' in new:
+                self._proposed_model = read_model(new['model_file'])
+        except ValueError as error:
+            self.get_logger().warning(f'Parameters refused: {error}')
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply_parameters(self, parameters: list[Parameter]) -> None:
+        values = self._parameter_values()
+        self._session.settings = read_settings(values)
+        self._arm.arm_wait, self._arm.action_timeout = values['arm_wait'], values['action_timeout']
+        if self._proposed_model is not None:
+            self._session.model, self._proposed_model = self._proposed_model, None
+        changed = ', '.join(f'{p.name} = {p.value!r}' for p in parameters)
+        self.get_logger().info(f'From the next decision on: {changed}.')
+
+    def _on_demonstration(self, msg: DemonstrationMsg) -> None:
+        try:
+            demo = messages.read_demonstration(msg, self._session.model.objects)
+        except ValueError as error:
+            self._drop('demonstrations', error)
+            return
+        self._counts['demonstrations'] += 1
+        self._tell(self._session.observe_demonstration(demo))
+        self._tell(self._session.look_again())
+
+    def _on_table_state(self, msg: TableState) -> None:
+        try:
+            view = messages.read_table(msg)
+        except ValueError as error:
+            self._drop('table states', error)
+            return
+        if view.stamp > self._session.last_view:
+            self._camera_heard = time.monotonic()
+        self._counts['table states'] += 1
+        self._tell(self._session.look(view))
+
+    def _drop(self, what: str, error: ValueError) -> None:
+        self._counts[f'{what} dropped'] += 1
+        self._dropped_at = time.monotonic()
+        dropped = self._counts[f'{what} dropped']
+        self.get_logger().warning(
+            f'{dropped} {what} dropped so far, the last one because: {error}',
+            throttle_duration_sec=THROTTLE,
+        )
+
+    def _tell(self, event: GoalBelief | Decision | Outcome | Remark | None) -> None:
+        """Publish what the session came to, say it, and set about it."""
+        if event is None:
+            return
+        if isinstance(event, GoalBelief):
+            self._belief_pub.publish(messages.belief_msg(event))
+        elif isinstance(event, Decision):
+            self._decision_pub.publish(messages.decision_msg(event))
+            self._counts['decisions'] += 1
+        elif isinstance(event, Outcome):
+            self._outcome_pub.publish(messages.outcome_msg(event))
+            self._counts[f'outcomes {event.result.name}'] += 1
+        self.get_logger().info(event.sentence)
+        if isinstance(event, Decision) and event.kind is Kind.ASK_HUMAN:
+            self._desk.add(help_request(event))
+        elif isinstance(event, Decision) and event.kind is Kind.EXECUTE:
+            self._act(event)
+
+    def _act(self, decision: Decision) -> None:
+        """Call the arm, once.
+
+        The time to start in counts from the newest table state: camera and arm share their clock,
+        be it simulated or not, and what was seen too long ago is nothing to act on.
+        """
+        action = decision.action
+        assert action is not None, 'Only actions are executed.'
+
+        def request() -> ExecuteAction.Request:
+            expires = self._session.last_view + round(self._arm.arm_wait * 1e9)
+            return messages.execute_request(decision.object, action, expires)
+
+        self._arm.start(request, time.monotonic())
+
+    def _on_motion(self, report: MotionReport) -> None:
+        self._camera_heard = time.monotonic()
+        if report.outcome is not None:
+            self.get_logger().info(f'The arm says: {report.message}')
+        self._tell(self._session.motion_finished(report))
+
+    def _on_late_answer(self, report: MotionReport) -> None:
+        self.get_logger().warning(f'Too late, ignored: the arm says: {report.message}')
+        self._counts['late answers ignored'] += 1
+
+    def _on_ask_human(
+        self, request: AskHuman.Request, response: AskHuman.Response
+    ) -> AskHuman.Response:
+        try:
+            response.message = self._serve(request)
+            response.success = True
+        except AnswerRefusedError as error:
+            response.message = str(error)
+            self.get_logger().warning(f'Answer refused: {error}')
+        response.pending = [messages.request_msg(item) for item in self._desk.pending]
+        return response
+
+    def _serve(self, request: AskHuman.Request) -> str:
+        if request.command == AskHuman.Request.LIST:
+            return f'{len(self._desk.pending)} pending.'
+        if request.command != AskHuman.Request.ANSWER:
+            raise AnswerRefusedError(
+                f'Expected command 0 LIST or 1 ANSWER, got {request.command}.'
+            )
+        answer = self._desk.answer(request.request_id, request.answer, request.answered_by)
+        self._camera_heard = time.monotonic()
+        self.get_logger().info(answer.sentence)
+        self._tell(self._session.answered(answer.reply))
+        if answer.reply is Reply.TRY_ANYWAY and self._session.decision is not None:
+            self._act(self._session.decision)
+        return answer.sentence
+
+    def _watch(self) -> None:
+        """Give up an arm or a camera that is not heard of in time."""
+        now = time.monotonic()
+        self._arm.poll(now)
+        silent = now - self._camera_heard
+        if self._session.phase is Phase.CONFIRMING and (
+            silent > self._session.settings.outcome_timeout
+        ):
+            self._tell(self._session.nothing_seen())
+
+    def _publish_diagnostics(self) -> None:
+        now = time.monotonic()
+        silent = now - self._camera_heard
+        problems = [
+            (not self._arm.ready, 'arm service absent'),
+            (silent > CAMERA_SILENCE, f'no new table state for {silent:.0f} s'),
+            (now - self._dropped_at < RECENT, 'messages were dropped just now'),
+        ]
+        said = '; '.join(sentence for there, sentence in problems if there)
+        facts = {
+            'phase': self._session.phase.name,
+            'mode': self._session.settings.mode,
+            'model': self._session.model.label,
+            'pending requests': len(self._desk.pending),
+            **self._counts,
+        }
+        status = DiagnosticStatus(
+            level=DiagnosticStatus.WARN if said else DiagnosticStatus.OK,
+            name='inference_node: imitation',
+            message=said or 'ready',
+            hardware_id='likeme',
+            values=[KeyValue(key=key, value=str(value)) for key, value in facts.items()],
+        )
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics_pub.publish(array)
+
+
+def main() -> int:
+    """Run the node until it is interrupted."""
+    rclpy.init()
+    node = None
+    try:
+        node = InferenceNode()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (ValueError, ParameterException) as error:
+        if node is not None:
+            raise
+        print(f'inference_node does not start: {error}', file=sys.stderr)  # noqa: T201
+        return 1
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""Goal-based imitation as functions: demonstration -> belief -> decision -> question (Methods)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from likeme_inference.tabletop import sentences
+from likeme_inference.tabletop.action_selection import choose
+from likeme_inference.tabletop.domain import Mode, State
+from likeme_inference.tabletop.goal_inference import direct_policy, goal_posterior, map_goal
+from likeme_inference.tabletop.robot_model import RobotModel
+from likeme_inference.tabletop.values import (
+    Decision,
+    Demonstration,
+    GoalBelief,
+    HelpRequest,
+    TableView,
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What may change from one decision to the next.
+
+    Attributes:
+        goal_prior: P(G), indexed by State; sums to 1.
+        turn_timeout: s of stamps in which the object must be put back after a demonstration.
+        turn_delay: s of stamps for which the object must be seen settled off the goal before the
+            robot takes its turn, so that a demonstration still on its way is heard first; not
+            waited for once the object was seen being put back.
+        outcome_timeout: s of stamps in which a settled view must follow the motion.
+    """
+
+    mode: Mode = Mode.INTERACTIVE
+    threshold: float = 0.5
+    goal_prior: tuple[float, ...] = (1 / 3, 1 / 3, 1 / 3)
+    turn_timeout: float = 60.0
+    turn_delay: float = 0.5
+    outcome_timeout: float = 10.0
+
+    def __post_init__(self) -> None:
+        if len(self.goal_prior) != len(State) or not all(p >= 0 for p in self.goal_prior):
+            raise ValueError(
+                f'Expected {len(State)} probabilities of 0 or more, got {list(self.goal_prior)}.'
+            )
+        if not math.isclose(sum(self.goal_prior), 1.0, abs_tol=1e-6):
+            raise ValueError(f'Expected probabilities to sum to 1, got {sum(self.goal_prior):g}.')
+        if not 0 <= self.threshold <= 1:
+            raise ValueError(f'Expected a threshold from 0 to 1, got {self.threshold:g}.')
+
+
+def believe(model: RobotModel, prior: tuple[float, ...], demo: Demonstration) -> GoalBelief:
+    """Infer the goal of a demonstration by the robot's own model ("like me").
+
+    Raises:
+        ValueError: for an object the robot never tried.
+    """
+    transition = model.model_of(demo.object).transition
+    policy = direct_policy(transition)
+    posterior = goal_posterior(transition, policy, demo.x_i, demo.x_f, prior)
+    goal = State(map_goal(posterior, demo.x_f))
+    return GoalBelief(
+        stamp=demo.stamp,
+        frame=demo.frame,
+        object=demo.object,
+        x_i=demo.x_i,
+        x_f=demo.x_f,
+        prior=prior,
+        posterior=tuple(posterior.tolist()),
+        goal=goal,
+        model=model.label,
+        sentence=sentences.belief(demo, posterior.tolist(), goal),
+    )
+
+
+def decide(
+    model: RobotModel, settings: Settings, demo: Demonstration, view: TableView, number: int
+) -> Decision:
+    """Choose what to do about a demonstration on the table as it is now."""
+    belief = believe(model, settings.goal_prior, demo)
+    x_i, goal, mode, tau = view.states[demo.object], belief.goal, settings.mode, settings.threshold
+    choice = choose(model.model_of(demo.object), x_i, goal, demo.action, mode, tau)
+    return Decision(
+        stamp=view.stamp,
+        frame=view.frame,
+        id=number,
+        demonstration=demo.stamp,
+        mode=mode,
+        object=demo.object,
+        x_i=x_i,
+        goal=goal,
+        goal_posterior=belief.posterior,
+        **choice._asdict(),
+        threshold=tau,
+        model=model.label,
+        sentence=sentences.decision(choice, demo.object, x_i, goal, mode, tau),
+    )
+
+
+def help_request(asking: Decision) -> HelpRequest:
+    """Word the question that goes with a decision to ask."""
+    assert asking.action is not None, 'A decision to ask names the best action.'
+    return HelpRequest(
+        stamp=asking.stamp,
+        frame=asking.frame,
+        id=asking.id,
+        object=asking.object,
+        x_i=asking.x_i,
+        goal=asking.goal,
+        action=asking.action,
+        predicted_success=asking.predicted_success,
+        threshold=asking.threshold,
+        question=sentences.question(
+            asking.object, asking.x_i, asking.goal, asking.action, asking.predicted_success
+        ),
+    )

@@ -1,0 +1,189 @@
+"""Model files: trial counts as text that people read and edit, format 1.
+
+Comma-separated lines, `#` comments and empty lines anywhere, in this order:
+
+    likeme_transition_model,1           format and its version
+    name,chung2015_robot                name and version of the model
+    version,1
+    source,paper,"Where, by whom, ..."  one line a source: key, sentence; at least one
+    states,LEFT,RIGHT,OFFTABLE
+    actions,PLACE_LEFT,...              the names of domain.State and domain.Action, in order
+    object,x_i,action,LEFT,RIGHT,OFFTABLE,source
+    pear,LEFT,PLACE_LEFT,10,0,0,paper   how often x_f was LEFT, RIGHT, OFFTABLE, by that source
+    ...
+    end,54,540                          rows and trials above: a torn file has no such line
+
+Rows that are missing were never tried. The same row may come from several sources: counts add up.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Iterator
+from enum import IntEnum
+from importlib import resources
+from pathlib import Path
+from typing import TypeVar
+
+from likeme_inference.tabletop.domain import Action, State
+from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
+
+FORMAT = ['likeme_transition_model', '1']
+STATES = [state.name for state in State]
+ACTIONS = [action.name for action in Action]
+HEADER = ['object', 'x_i', 'action', *STATES, 'source']
+
+Line = tuple[int, list[str]]
+Name = TypeVar('Name', bound=IntEnum)
+
+
+class ModelFileError(ValueError):
+    """A model file that cannot be used: which line, and why."""
+
+
+def shipped() -> RobotModel:
+    """Read the default model: the 540 trials of the paper's own robot."""
+    data = resources.files('likeme_inference').joinpath('data', 'chung2015_robot.csv')
+    return parse(data.read_text(encoding='utf-8'))
+
+
+def load(path: Path) -> RobotModel:
+    """Read a model file.
+
+    Raises:
+        ModelFileError: with file, line number and reason.
+    """
+    try:
+        return parse(path.read_text(encoding='utf-8'))
+    except OSError as error:
+        raise ModelFileError(f'{path}: {error.strerror}.') from error
+    except UnicodeDecodeError as error:
+        raise ModelFileError(
+            f'{path}: expected UTF-8 text, got byte {error.start} wrong.'
+        ) from error
+    except ModelFileError as error:
+        raise ModelFileError(f'{path}: {error}') from error
+
+
+def save(model: RobotModel, path: Path) -> None:
+    """Write a model file whole or not at all: a reader never sees half of it."""
+    part = path.with_name(path.name + '.part')
+    part.write_text(format_model(model), encoding='utf-8')
+    part.replace(path)
+
+
+def format_model(model: RobotModel) -> str:
+    """Write a model as the text of its file; `parse` gives it back."""
+    text = io.StringIO()
+    out = csv.writer(text, lineterminator='\n')
+    out.writerows([FORMAT, ['name', model.name], ['version', model.version]])
+    out.writerows(['source', key, sentence] for key, sentence in model.sources.items())
+    out.writerows([['states', *STATES], ['actions', *ACTIONS], HEADER])
+    out.writerows(
+        [row.object, row.x_i.name, row.action.name, *row.counts, row.source] for row in model.rows
+    )
+    out.writerow(['end', len(model.rows), sum(sum(row.counts) for row in model.rows)])
+    return text.getvalue()
+
+
+def parse(text: str) -> RobotModel:
+    """Read the text of a model file.
+
+    Raises:
+        ModelFileError: with line number and reason.
+    """
+    lines = _lines(text)
+    _take(lines, FORMAT)
+    name, version = _value(lines, 'name'), _value(lines, 'version')
+    sources, after = _sources(lines)
+    _match(after, ['states', *STATES])
+    _take(lines, ['actions', *ACTIONS])
+    _take(lines, HEADER)
+    return RobotModel(name, version, sources, tuple(_rows(lines, sources)))
+
+
+def _lines(text: str) -> Iterator[Line]:
+    """Give the lines that say something with their numbers, at last one for the file's end."""
+    number = 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() and not line.lstrip().startswith('#'):
+            try:
+                yield number, next(csv.reader([line], strict=True, skipinitialspace=True))
+            except csv.Error as error:
+                raise _wrong(number, f'{error}') from error
+    yield number + 1, ['(end of file)']
+
+
+def _wrong(number: int, reason: str) -> ModelFileError:
+    return ModelFileError(f'line {number}: {reason}.')
+
+
+def _match(line: Line, expected: list[str]) -> None:
+    number, fields = line
+    if fields != expected:
+        raise _wrong(number, f'expected {",".join(expected)!r}, got {",".join(fields)!r}')
+
+
+def _take(lines: Iterator[Line], expected: list[str]) -> None:
+    _match(next(lines), expected)
+
+
+def _value(lines: Iterator[Line], key: str) -> str:
+    number, fields = next(lines)
+    if len(fields) != 2 or fields[0] != key or not fields[1]:
+        raise _wrong(number, f'expected {key + ",..."!r}, got {",".join(fields)!r}')
+    return fields[1]
+
+
+def _sources(lines: Iterator[Line]) -> tuple[dict[str, str], Line]:
+    """Read all source lines and the line after them."""
+    sources: dict[str, str] = {}
+    for number, fields in lines:
+        if fields[0] != 'source' and sources:
+            return sources, (number, fields)
+        if len(fields) != 3 or fields[0] != 'source' or not all(fields):
+            raise _wrong(number, f'expected "source,KEY,SENTENCE", got {",".join(fields)!r}')
+        if fields[1] in sources:
+            raise _wrong(number, f'expected each source once, got {fields[1]!r} again')
+        sources[fields[1]] = fields[2]
+    raise AssertionError('The line that says the file ends is no source.')
+
+
+def _rows(lines: Iterator[Line], sources: dict[str, str]) -> Iterator[TrialCounts]:
+    """Read all rows of counts; the end line must agree with them, and nothing may follow it."""
+    seen: dict[tuple[str, int, int, str], int] = {}
+    trials = 0
+    for number, fields in lines:
+        if fields[0] == 'end':
+            _match((number, fields), ['end', str(len(seen)), str(trials)])
+            break
+        row = _row(number, fields, sources)
+        first = seen.setdefault((row.object, row.x_i, row.action, row.source), number)
+        if first != number:
+            raise _wrong(number, f'expected each row once, got that of line {first} again')
+        trials += sum(row.counts)
+        yield row
+    _take(lines, ['(end of file)'])
+
+
+def _row(number: int, fields: list[str], sources: dict[str, str]) -> TrialCounts:
+    if fields == ['(end of file)']:
+        raise _wrong(number, 'expected a row or "end,ROWS,TRIALS", but the file stops here')
+    if len(fields) != len(HEADER) or not fields[0]:
+        raise _wrong(number, f'expected {len(HEADER)} fields, got {",".join(fields)!r}')
+    if fields[-1] not in sources:
+        raise _wrong(number, f'expected one of the sources {sorted(sources)}, got {fields[-1]!r}')
+    x_i = _named(number, fields[1], State.__getitem__, STATES)
+    action = _named(number, fields[2], Action.__getitem__, ACTIONS)
+    counts = fields[3:-1]
+    if not all(re.fullmatch('[0-9]{1,9}', count) for count in counts):
+        raise _wrong(number, f'expected whole counts of 0 or more, got {",".join(counts)!r}')
+    return TrialCounts(fields[0], x_i, action, tuple(map(int, counts)), fields[-1])
+
+
+def _named(number: int, name: str, find: Callable[[str], Name], names: list[str]) -> Name:
+    if name not in names:
+        raise _wrong(number, f'expected one of {" ".join(names)}, got {name!r}')
+    return find(name)

@@ -1,0 +1,73 @@
+"""What the robot says of beliefs, decisions and outcomes: a sentence each, with the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from likeme_inference.tabletop.action_selection import Choice, Kind
+from likeme_inference.tabletop.domain import Action, Manner, Mode, State
+from likeme_inference.tabletop.values import Actor, Decision, Demonstration, Motion, Result
+
+
+def belief(demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
+    """Say what was seen and what it seems to be for."""
+    how = 'placed' if demo.manner is Manner.PLACE else 'pushed'
+    rest = ', '.join(f'{g.name} {posterior[g]:.2f}' for g in State if g is not goal)
+    return (
+        f'I saw {demo.object} being {how} from {demo.x_i.name} to {demo.x_f.name}: '
+        f'it is wanted {goal.name} (p = {posterior[goal]:.2f}; {rest}).'
+    )
+
+
+def decision(
+    choice: Choice, name: str, x_i: State, goal: State, mode: Mode, threshold: float
+) -> str:
+    """Say what is done and why."""
+    if choice.kind is Kind.AT_GOAL:
+        return f'{name} is {goal.name} already, where it is wanted: nothing to do.'
+    here = f'{name} is {x_i.name} and wanted {goal.name}'
+    if choice.kind is Kind.NO_ACTION or choice.action is None:
+        return f'{here}, but I know no action that takes it there: I leave it.'
+    works = f'works with p = {choice.predicted_success:.2f}'
+    if choice.kind is Kind.ASK_HUMAN:
+        below = choice.predicted_success < threshold
+        why = f'below {threshold:.2f}' if below else 'but it is out of my reach'
+        return f'{here}; my best action, {choice.action.name}, {works}, {why}: I ask.'
+    if mode is Mode.TRAJECTORY:
+        return f'{here}: I copy what I saw, {choice.action.name}, which {works}.'
+    return f'{here}: my best action is {choice.action.name}, which {works}.'
+
+
+def question(name: str, x_i: State, goal: State, action: Action, predicted: float) -> str:
+    """Ask the operator."""
+    if predicted == 0:
+        return (
+            f'I want {name} to be {goal.name}, but from {x_i.name} I know no way there. '
+            f'Will you do it by hand, shall I try {action.name} anyway, or shall we skip it?'
+        )
+    return (
+        f'I want {name} to go from {x_i.name} to {goal.name}, but my best action, {action.name}, '
+        f'works with p = {predicted:.2f} only. '
+        'Will you do it by hand, shall I try anyway, or shall we skip it?'
+    )
+
+
+def outcome(
+    decision: Decision, result: Result, actor: Actor, x_f: State | None, motion: Motion | None
+) -> str:
+    """Say how it ended, as the camera saw it."""
+    name, goal = decision.object, decision.goal.name
+    if result is Result.SKIPPED:
+        return f'{name} stays where it is: the operator skipped my question.'
+    if result is Result.NOT_SEEN or x_f is None:
+        return f'I wanted {name} {goal}, but did not see in time where it ended up.'
+    who = 'by hand' if actor is Actor.HUMAN or decision.action is None else decision.action.name
+    how = f' (the motion ended {motion.name})' if motion else ''
+    if result is Result.REACHED:
+        return f'{name} is {goal} now: done, {who}{how}.'
+    return f'{name} is {x_f.name}, not {goal}: missed, {who}{how}.'
+
+
+def arm_failed(name: str, action: Action, message: str) -> str:
+    """Say why nothing came of an action."""
+    return f'{action.name} {name} failed: {message} I will not repeat it.'

@@ -1,0 +1,260 @@
+"""The imitation session: from a demonstration to an outcome, one decision a demonstration.
+
+    IDLE --demonstration--> TURN --object settled off the goal--> ACTING or ASKING
+    ACTING --motion ended--> CONFIRMING --settled view--> IDLE
+    ASKING --try--> ACTING;  --done by hand--> CONFIRMING;  --skip--> IDLE
+
+In TURN the robot first says AT_GOAL once if the object is where it is wanted, and then waits until
+the person puts it back or somebody resets the table. A demonstration that takes the same object
+back is that, not a new goal; any other demonstration replaces the belief. While a decision is
+under way demonstrations are left aside: those of an object the robot asked about are the help
+itself, others have to be shown again. A turn that nobody gives within `turn_timeout` is over.
+
+Time comes in as stamps (ns) of what the camera saw. No ROS, no clock, no thread.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, auto
+
+from likeme_inference.tabletop import sentences
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.domain import State
+from likeme_inference.tabletop.imitation import Settings, believe, decide
+from likeme_inference.tabletop.robot_model import RobotModel
+from likeme_inference.tabletop.values import (
+    Actor,
+    Decision,
+    Demonstration,
+    GoalBelief,
+    Motion,
+    MotionReport,
+    Outcome,
+    Remark,
+    Reply,
+    Result,
+    TableView,
+)
+
+SECOND = 1_000_000_000
+#: A stamp older than the last by this much is no late frame: time began anew (a bag, a new cell).
+TIME_JUMP = 1 * SECOND
+
+
+class Phase(Enum):
+    """Where a session stands; see the module's diagram."""
+
+    IDLE = auto()
+    TURN = auto()
+    ACTING = auto()
+    ASKING = auto()
+    CONFIRMING = auto()
+
+
+class ImitationSession:
+    """One robot imitating one demonstration at a time: the only state of the tabletop model.
+
+    Attributes:
+        settings: taken up by the next decision.
+        phase: where the session stands.
+        decision: the last decision, and the one under way while ACTING, ASKING or CONFIRMING.
+    """
+
+    def __init__(self, model: RobotModel, settings: Settings | None = None) -> None:
+        self.settings = settings or Settings()
+        self.phase = Phase.IDLE
+        self.decision: Decision | None = None
+        self._model = model
+        self._demo: Demonstration | None = None
+        self._turn_from = 0
+        self._told_at_goal = False
+        self._put_back = False
+        self._off_goal_since: int | None = None
+        self._latest: TableView | None = None
+        self._last_view = 0
+        self._actor = Actor.NOBODY
+        self._motion: Motion | None = None
+        self._motion_end = 0
+        self._closed: tuple[str, int] | None = None
+        self._decisions = 0
+
+    @property
+    def model(self) -> RobotModel:
+        """The robot's own experience, taken up by the next decision."""
+        return self._model
+
+    @model.setter
+    def model(self, model: RobotModel) -> None:
+        self._model = model
+        if self.phase is Phase.TURN and self._demonstrated.object not in model.objects:
+            self.phase = Phase.IDLE
+
+    @property
+    def last_view(self) -> int:
+        """Stamp of the newest view looked at, ns."""
+        return self._last_view
+
+    def observe_demonstration(self, demo: Demonstration) -> GoalBelief | Remark:
+        """Take in a human act: a new goal, or part of what is going on already.
+
+        Raises:
+            ValueError: for an object the robot never tried.
+        """
+        if self.phase in (Phase.ACTING, Phase.ASKING, Phase.CONFIRMING):
+            return self._set_aside(demo)
+        if self._closed is not None:
+            name, until = self._closed
+            if demo.object == name and demo.start <= until:
+                return Remark(f'{_change(demo)} belongs to the decision that is over.')
+        if self.phase is Phase.TURN and self._is_put_back(demo):
+            self._put_back, self._turn_from = True, demo.stamp
+            return Remark(f'{demo.object} was put back to {demo.x_f.name}: my turn.')
+        belief = believe(self._model, self.settings.goal_prior, demo)
+        self.phase, self._demo, self._turn_from = Phase.TURN, demo, demo.stamp
+        self._told_at_goal, self._put_back, self._off_goal_since = False, False, None
+        return belief
+
+    def look(self, view: TableView) -> Decision | Outcome | Remark | None:
+        """Take in what the camera saw; views older than the last are dropped."""
+        if view.stamp < self._last_view:
+            return self._time_jumped(view) if self._last_view - view.stamp > TIME_JUMP else None
+        self._latest, self._last_view = view, view.stamp
+        if self.phase is Phase.TURN:
+            return self._take_turn(view)
+        if self.phase is Phase.CONFIRMING:
+            return self._confirm(view)
+        return None
+
+    def look_again(self) -> Decision | Outcome | Remark | None:
+        """Look at the newest view once more: after a demonstration, which it may have outrun."""
+        return None if self._latest is None else self.look(self._latest)
+
+    def motion_finished(self, report: MotionReport) -> Outcome | None:
+        """Hear the arm on the decided action; None when the camera has to tell the rest."""
+        decision = self._under_way(Phase.ACTING)
+        if report.outcome is None or not report.outcome.moved:
+            assert decision.action is not None, 'Only actions are executed.'
+            why = sentences.arm_failed(decision.object, decision.action, report.message)
+            return self._close(Result.ARM_FAILED, motion=report.outcome, sentence=why)
+        self._motion, self._motion_end = report.outcome, report.finished or self._last_view
+        self.phase = Phase.CONFIRMING
+        return None
+
+    def answered(self, reply: Reply) -> Outcome | None:
+        """Hear the operator; after TRY_ANYWAY the caller executes `decision.action`."""
+        self._under_way(Phase.ASKING)
+        if reply is Reply.SKIP:
+            return self._close(Result.SKIPPED)
+        if reply is Reply.TRY_ANYWAY:
+            self.phase, self._actor = Phase.ACTING, Actor.ROBOT
+        else:
+            self.phase, self._actor = Phase.CONFIRMING, Actor.HUMAN
+            self._motion_end = self._last_view
+        return None
+
+    def nothing_seen(self) -> Outcome:
+        """Give up waiting for a camera that fell silent."""
+        self._under_way(Phase.CONFIRMING)
+        return self._close(Result.NOT_SEEN)
+
+    @property
+    def _demonstrated(self) -> Demonstration:
+        assert self._demo is not None, 'There is a demonstration in every phase but IDLE.'
+        return self._demo
+
+    def _under_way(self, phase: Phase) -> Decision:
+        if self.phase is not phase or self.decision is None:
+            raise ValueError(f'Expected the session in {phase.name}, got {self.phase.name}.')
+        return self.decision
+
+    def _is_put_back(self, demo: Demonstration) -> bool:
+        late = demo.stamp - self._demonstrated.stamp > self.settings.turn_timeout * SECOND
+        return demo.undoes(self._demonstrated) and not late
+
+    def _set_aside(self, demo: Demonstration) -> Remark:
+        decision = self._under_way(self.phase)
+        if demo.start <= decision.stamp and self._is_put_back(demo):
+            return Remark(f'{demo.object} was put back to {demo.x_f.name}: I am at it already.')
+        helped = self.phase is Phase.ASKING or self._actor is Actor.HUMAN
+        if helped and demo.object == decision.object:
+            return Remark(f'{_change(demo)} is the help I asked for in request {decision.id}.')
+        return Remark(
+            f'{_change(demo)} is left aside: decision {decision.id} on {decision.object} is under '
+            'way. Please show it again afterwards.'
+        )
+
+    def _take_turn(self, view: TableView) -> Decision | Remark | None:
+        demo, settings = self._demonstrated, self.settings
+        if view.stamp - self._turn_from > settings.turn_timeout * SECOND:
+            self.phase = Phase.IDLE
+            return Remark(
+                f'Nobody put {demo.object} back within {settings.turn_timeout:g} s: I let it be.'
+            )
+        old = view.stamp < self._turn_from
+        if old or not view.settled or demo.object not in view.states:
+            self._off_goal_since = None
+            return None
+        decision = decide(self._model, settings, demo, view, self._decisions + 1)
+        if decision.kind is Kind.AT_GOAL:
+            self._off_goal_since = None
+            told, self._told_at_goal = self._told_at_goal, True
+            return None if told else self._begin(decision, Phase.TURN)
+        if self._off_goal_since is None:
+            self._off_goal_since = view.stamp
+        waited = view.stamp - self._off_goal_since
+        if not self._put_back and waited < settings.turn_delay * SECOND:
+            return None
+        phases = {Kind.EXECUTE: Phase.ACTING, Kind.ASK_HUMAN: Phase.ASKING}
+        return self._begin(decision, phases.get(decision.kind, Phase.IDLE))
+
+    def _begin(self, decision: Decision, phase: Phase) -> Decision:
+        self.decision, self.phase, self._decisions = decision, phase, decision.id
+        self._actor = Actor.ROBOT if phase is Phase.ACTING else Actor.NOBODY
+        self._motion = None
+        return decision
+
+    def _confirm(self, view: TableView) -> Outcome | None:
+        decision = self._under_way(Phase.CONFIRMING)
+        if view.stamp <= self._motion_end:
+            return None
+        x_f = view.states.get(decision.object)
+        if view.settled and x_f is not None:
+            result = Result.REACHED if x_f == decision.goal else Result.MISSED
+            return self._close(result, view, x_f)
+        late = view.stamp - self._motion_end > self.settings.outcome_timeout * SECOND
+        return self.nothing_seen() if late else None
+
+    def _time_jumped(self, view: TableView) -> Outcome | Remark | None:
+        self._latest, self._last_view, self._closed = view, view.stamp, None
+        if self.phase is Phase.CONFIRMING:
+            return self.nothing_seen()
+        if self.phase is Phase.TURN:
+            self.phase = Phase.IDLE
+            return Remark('Time jumped back: I forget the demonstration I saw before.')
+        return None
+
+    def _close(
+        self,
+        result: Result,
+        view: TableView | None = None,
+        x_f: State | None = None,
+        motion: Motion | None = None,
+        sentence: str = '',
+    ) -> Outcome:
+        """End the decision under way."""
+        decision = self._under_way(self.phase)
+        motion = self._motion if motion is None else motion
+        by_robot = self._actor is Actor.ROBOT
+        header = view or decision
+        self.phase, self._closed = Phase.IDLE, (decision.object, self._last_view)
+        return Outcome(
+            header.stamp, header.frame, decision.id, decision.object, decision.x_i, decision.goal,
+            x_f, result, self._actor, decision.action if by_robot else None,
+            decision.predicted_success if by_robot else math.nan, motion,
+            sentence or sentences.outcome(decision, result, self._actor, x_f, motion),
+        )  # fmt: skip
+
+
+def _change(demo: Demonstration) -> str:
+    return f'{demo.object} from {demo.x_i.name} to {demo.x_f.name}'

@@ -1,0 +1,184 @@
+"""What comes in and goes out of an imitation session: frozen values, field by field the messages'.
+
+Stamps are ROS time in ns; `frame` is the frame_id of the header a stamp came with. Probabilities
+are tuples indexed by State or Action.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.domain import Action, Manner, Mode, State
+
+
+class Result(IntEnum):
+    """How a decision ended; the numbers of likeme_msgs/Outcome."""
+
+    REACHED = 0
+    MISSED = 1
+    NOT_SEEN = 2
+    ARM_FAILED = 3
+    SKIPPED = 4
+
+
+class Actor(IntEnum):
+    """Who acted; the numbers of likeme_msgs/Outcome."""
+
+    ROBOT = 0
+    HUMAN = 1
+    NOBODY = 2
+
+
+class Motion(IntEnum):
+    """How the arm says a motion ended; the numbers of likeme_msgs/ExecuteAction."""
+
+    COMPLETED = 0
+    NOT_GRASPED = 1
+    NO_IK_SOLUTION = 2
+    HELD = 3
+    OBJECT_NOT_SEEN = 4
+    OBJECT_OFFTABLE = 5
+    UNKNOWN_OBJECT = 6
+    UNKNOWN_ACTION = 7
+    BUSY = 8
+    EXPIRED = 9
+
+    @property
+    def moved(self) -> bool:
+        """Whether the arm moved at all, so that the camera has something to witness."""
+        return self <= Motion.HELD
+
+
+class Reply(IntEnum):
+    """An operator's answer; the numbers of likeme_msgs/AskHuman."""
+
+    DONE_BY_HAND = 0
+    TRY_ANYWAY = 1
+    SKIP = 2
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """A human act seen from start to end."""
+
+    stamp: int
+    frame: str
+    object: str
+    x_i: State
+    x_f: State
+    manner: Manner
+    start: int
+    end: int
+
+    @property
+    def action(self) -> Action:
+        """The robot action that copies what was seen."""
+        return Action.of(self.manner, self.x_f)
+
+    def undoes(self, other: Demonstration) -> bool:
+        """Whether this act takes the same object back."""
+        return (self.object, self.x_i, self.x_f) == (other.object, other.x_f, other.x_i)
+
+
+@dataclass(frozen=True)
+class TableView:
+    """What is where, as the camera saw it in one frame; objects not seen are not in `states`."""
+
+    stamp: int
+    frame: str
+    settled: bool
+    states: Mapping[str, State]
+
+
+@dataclass(frozen=True)
+class GoalBelief:
+    """p(G | x_i, x_f) of a demonstration."""
+
+    stamp: int
+    frame: str
+    object: str
+    x_i: State
+    x_f: State
+    prior: tuple[float, ...]
+    posterior: tuple[float, ...]
+    goal: State
+    model: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What the robot chose to do and every number behind it (see action_selection.Choice)."""
+
+    stamp: int
+    frame: str
+    id: int
+    demonstration: int
+    mode: Mode
+    object: str
+    x_i: State
+    goal: State
+    goal_posterior: tuple[float, ...]
+    kind: Kind
+    action: Action | None
+    action_probability: tuple[float, ...]
+    success_probability: tuple[float, ...]
+    predicted: tuple[float, ...]
+    predicted_success: float
+    threshold: float
+    model: str
+    sentence: str
+
+
+@dataclass(frozen=True)
+class HelpRequest:
+    """A question to the operator, with the id of the decision that asks."""
+
+    stamp: int
+    frame: str
+    id: int
+    object: str
+    x_i: State
+    goal: State
+    action: Action
+    predicted_success: float
+    threshold: float
+    question: str
+
+
+@dataclass(frozen=True)
+class MotionReport:
+    """What became of a call to the arm; outcome None when it was absent, died or was silent."""
+
+    outcome: Motion | None
+    message: str
+    finished: int = 0
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a decision ended, by the camera's witness."""
+
+    stamp: int
+    frame: str
+    decision_id: int
+    object: str
+    x_i: State
+    goal: State
+    x_f: State | None
+    result: Result
+    actor: Actor
+    action: Action | None
+    predicted_success: float
+    motion: Motion | None
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Remark:
+    """Something the session understood that is neither belief, decision nor outcome."""
+
+    sentence: str

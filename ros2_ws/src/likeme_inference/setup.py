@@ -1,0 +1,27 @@
+from setuptools import find_packages, setup
+
+package = 'likeme_inference'
+
+setup(
+    name=package,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={'': ['**/*.csv', '**/*.json', '**/*.obj', '**/*.png', '**/*.urdf', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    maintainer='LikeMe maintainers',
+    maintainer_email='maintainers@likeme.invalid',
+    description='Goal inference, action selection, asking for help (Chung et al. 2015).',
+    license='Apache-2.0',
+    extras_require={'test': ['pytest']},
+    entry_points={
+        'console_scripts': [
+            'ask_human = likeme_inference.operator_node:main',
+            'inference_node = likeme_inference.inference_node:main',
+        ],
+    },
+)

@@ -1,0 +1,26 @@
+"""Demonstrations and table views to tell stories with; stamps in seconds."""
+
+from __future__ import annotations
+
+from likeme_inference.tabletop.domain import Manner, State
+from likeme_inference.tabletop.values import Demonstration, TableView
+
+OBJECTS = ('pear', 'lemon', 'chicken')
+
+
+def ns(seconds: float) -> int:
+    """Nanoseconds of seconds."""
+    return round(seconds * 1e9)
+
+
+def shown(
+    name: str, x_i: State, x_f: State, at: float, manner: Manner = Manner.PLACE
+) -> Demonstration:
+    """Make an act of two seconds that was found complete at a stamp."""
+    return Demonstration(ns(at), 'camera', name, x_i, x_f, manner, ns(at - 2), ns(at - 0.1))
+
+
+def table(at: float, settled: bool = True, **states: State) -> TableView:
+    """Make a view of all objects, RIGHT unless said otherwise."""
+    everything = dict.fromkeys(OBJECTS, State.RIGHT) | states
+    return TableView(ns(at), 'camera', settled, everything)

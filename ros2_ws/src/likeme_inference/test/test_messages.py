@@ -1,0 +1,89 @@
+"""What is taken from messages, and what is refused with its reason."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from builtin_interfaces.msg import Time
+from fakes import demonstration
+
+from likeme_inference import messages
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.domain import Action, Manner, State
+from likeme_inference.tabletop.values import Actor, Motion, Reply, Result
+from likeme_msgs.msg import Decision, Demonstration, ObjectState, Outcome, TableState
+from likeme_msgs.srv import AskHuman, ExecuteAction
+
+KNOWN = ('pear', 'lemon', 'chicken')
+
+
+@pytest.mark.parametrize(
+    ('enum', 'interface'),
+    [
+        (State, ObjectState), (Action, ExecuteAction.Request), (Manner, Demonstration),
+        (Kind, Decision), (Result, Outcome), (Actor, Outcome), (Motion, ExecuteAction.Request),
+        (Reply, AskHuman.Request),
+    ],
+)  # fmt: skip
+def test_enums_have_the_numbers_of_the_messages(enum: Any, interface: Any) -> None:
+    assert {member.name: getattr(interface, member.name) for member in enum} == {
+        member.name: member.value for member in enum
+    }
+
+
+def test_a_good_demonstration() -> None:
+    msg = demonstration('pear', State.LEFT, State.RIGHT, Manner.PUSH)
+    msg.header.stamp, msg.header.frame_id = Time(sec=3, nanosec=7), 'camera'
+    demo = messages.read_demonstration(msg, KNOWN)
+
+    assert (demo.stamp, demo.start, demo.end) == (3_000_000_007, 10**9, 2 * 10**9)
+    assert (demo.object, demo.frame, demo.action) == ('pear', 'camera', Action.PUSH_RIGHT)
+
+
+@pytest.mark.parametrize(
+    ('field', 'value', 'why'),
+    [
+        ('object', 'plum', "an object the robot has tried, got 'plum'"),
+        ('object', '', "got ''"),
+        ('x_i', 3, 'x_i from 0 to 2, got 3'),
+        ('x_f', 255, 'x_f from 0 to 2, got 255'),
+        ('x_f', 0, 'a change of state, got LEFT to LEFT'),
+        ('x_i_probability', [0.9, 0.03, 0.0], 'x_i_probability to sum to 1, got 0.93'),
+        ('x_f_probability', [0.5, 0.5], 'x_f_probability as 3 numbers'),
+        ('x_f_probability', [1.5, -0.5, 0.0], 'numbers from 0 to 1'),
+        ('x_f_probability', [math.nan, 0.5, 0.5], 'numbers from 0 to 1'),
+        ('manner', 2, 'manner from 0 to 1, got 2'),
+        ('manner_probability', 0.2, r'p\(manner\) from 0.5 to 1, got 0.2'),
+        ('manner_probability', math.nan, 'got nan'),
+        ('start', Time(sec=5), 'an end after the start'),
+    ],
+)
+def test_bad_demonstrations(field: str, value: Any, why: str) -> None:
+    msg = demonstration('pear', State.LEFT, State.RIGHT)
+    setattr(msg, field, value)
+
+    with pytest.raises(ValueError, match=why):
+        messages.read_demonstration(msg, KNOWN)
+
+
+def test_a_table_leaves_out_what_is_unknown() -> None:
+    objects = [ObjectState(name='pear', state=1), ObjectState(name='lemon', state=3)]
+    view = messages.read_table(TableState(settled=True, objects=objects))
+
+    assert (view.states, view.settled) == ({'pear': State.RIGHT}, True)
+    with pytest.raises(ValueError, match='state of plum from 0 to 2, got 4'):
+        messages.read_table(TableState(objects=[ObjectState(name='plum', state=4)]))
+
+
+def test_an_arm_s_answer_that_is_none() -> None:
+    good = messages.read_motion(ExecuteAction.Response(outcome=3, finished=Time(sec=4)))
+    bad = messages.read_motion(ExecuteAction.Response(outcome=77))
+
+    assert (good.outcome, good.finished) == (Motion.HELD, 4 * 10**9)
+    assert (bad.outcome, bad.message) == (None, 'expected an outcome from 0 to 9, got 77.')
+
+
+def test_times() -> None:
+    assert messages.stamp_ns(messages.time_msg(1_234_567_890_123)) == 1_234_567_890_123

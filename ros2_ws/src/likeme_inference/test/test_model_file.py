@@ -1,0 +1,124 @@
+"""Model files: round trip, several sources, and every way to be wrong with its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from likeme_inference.tabletop.domain import Action, State
+from likeme_inference.tabletop.model_file import (
+    ModelFileError,
+    format_model,
+    load,
+    parse,
+    save,
+    shipped,
+)
+from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
+
+GOOD = """\
+likeme_transition_model,1
+# a comment
+
+name,tiny
+version,7
+source,a,"Made up, for a test"
+source,b,Another
+states,LEFT,RIGHT,OFFTABLE
+actions,PLACE_LEFT,PLACE_RIGHT,PLACE_OFFTABLE,PUSH_LEFT,PUSH_RIGHT,PUSH_OFFTABLE
+object,x_i,action,LEFT,RIGHT,OFFTABLE,source
+pear,LEFT,PUSH_RIGHT,1,8,1,a
+pear,LEFT,PUSH_RIGHT,0,2,0,b
+end,2,12
+"""
+
+
+def test_counts_of_several_sources_add_up() -> None:
+    model = parse(GOOD)
+
+    assert model.label == 'tiny 7'
+    assert model.objects['pear'].counts[State.LEFT, Action.PUSH_RIGHT].tolist() == [1, 10, 1]
+    assert model.sources['a'] == 'Made up, for a test'
+    assert model.objects['pear'].trials == 12
+
+
+@pytest.mark.parametrize('model', [shipped(), parse(GOOD)], ids=lambda model: model.name)
+def test_round_trip(model: RobotModel, tmp_path: Path) -> None:
+    save(model, tmp_path / 'model.csv')
+
+    assert load(tmp_path / 'model.csv') == model
+    assert [path.name for path in tmp_path.iterdir()] == ['model.csv']
+
+
+def test_the_shipped_model_names_its_source() -> None:
+    assert 'mjyc/chung2015plosone_robot_data' in shipped().sources['paper']
+    assert '10.1371/journal.pone.0141965' in shipped().sources['paper']
+    assert {row.source for row in shipped().rows} == {'paper'}
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'message'),
+    [
+        ('model,1', 'model,2', r"line 1: expected 'likeme_transition_model,1', got '.*,2'"),
+        ('name,tiny\n', '', "line 4: expected 'name,...', got 'version,7'"),
+        ('version,7', 'version,', "line 5: expected 'version,...'"),
+        ('source,b', 'source,a', "line 7: expected each source once, got 'a' again"),
+        ('source,b,Another', 'source,b', 'line 7: expected "source,KEY,SENTENCE"'),
+        ('LEFT,RIGHT,OFFTABLE\nact', 'RIGHT,LEFT,OFFTABLE\nact', "line 8: expected 'states,LEFT"),
+        ('PUSH_RIGHT,PUSH_OFFTABLE', 'PUSH_OFFTABLE', "line 9: expected 'actions,PLACE_LEFT"),
+        ('object,x_i', 'x_i,object', "line 10: expected 'object,x_i"),
+        ('pear,LEFT,PUSH_RIGHT,1', 'pear,UP,PUSH_RIGHT,1', "line 11: expected one of LEFT .*'UP'"),
+        ('PUSH_RIGHT,1,8', 'PULL,1,8', "line 11: expected one of PLACE_LEFT .* got 'PULL'"),
+        ('1,8,1,a', '1,-8,1,a', "line 11: expected whole counts of 0 or more, got '1,-8,1'"),
+        ('1,8,1,a', '1,0.8,1,a', "line 11: expected whole counts of 0 or more, got '1,0.8,1'"),
+        ('1,8,1,a', '1,nan,1,a', 'line 11: expected whole counts'),
+        ('1,8,1,a', f'1,{10**30},1,a', 'line 11: expected whole counts'),
+        ('1,8,1,a', '1,8,a', "line 11: expected 7 fields, got 'pear,LEFT,PUSH_RIGHT,1,8,a'"),
+        ('1,8,1,a', '1,8,1,c', r"line 11: expected one of the sources \['a', 'b'\], got 'c'"),
+        ('0,2,0,b', '0,2,0,a', 'line 12: expected each row once, got that of line 11 again'),
+        ('end,2,12\n', '', 'line 13: expected a row or "end,ROWS,TRIALS", but the file stops'),
+        ('end,2,12', 'end,2,13', "line 13: expected 'end,2,12', got 'end,2,13'"),
+        ('end,2,12\n', 'end,2,12\npear\n', r"line 14: expected '\(end of file\)', got 'pear'"),
+        ('"Made up', '"Made" up', 'line 6: '),
+    ],
+)  # fmt: skip
+def test_wrong_files_are_refused_with_line_and_reason(old: str, new: str, message: str) -> None:
+    assert old in GOOD
+
+    with pytest.raises(ModelFileError, match=message):
+        parse(GOOD.replace(old, new, 1))
+
+
+def test_every_torn_file_is_refused() -> None:
+    lines = format_model(shipped()).splitlines(keepends=True)
+
+    for n in range(len(lines)):
+        with pytest.raises(ModelFileError, match=f'line {n + 1}: '):
+            parse(''.join(lines[:n]))
+
+
+@pytest.mark.parametrize('text', ['', '\n\n', '{}', '\x00', 'likeme_transition_model,1'])
+def test_what_is_no_model_at_all(text: str) -> None:
+    with pytest.raises(ModelFileError, match='line '):
+        parse(text)
+
+
+def test_errors_name_the_file(tmp_path: Path) -> None:
+    with pytest.raises(ModelFileError, match=r'no_such_file.csv: No such file'):
+        load(tmp_path / 'no_such_file.csv')
+    binary = tmp_path / 'binary.csv'
+    binary.write_bytes(b'\x93NUMPY\xff')
+    with pytest.raises(ModelFileError, match='expected UTF-8 text'):
+        load(binary)
+
+
+def test_a_model_in_memory_keeps_the_same_rules() -> None:
+    row = TrialCounts('pear', State.LEFT, Action.PUSH_LEFT, (1, 0, 0), 'a')
+
+    with pytest.raises(ValueError, match='each row once, got 2'):
+        RobotModel('m', '1', {'a': 'A'}, (row, row))
+    with pytest.raises(ValueError, match=r"sources \['b'\], got 'a'"):
+        RobotModel('m', '1', {'b': 'B'}, (row,))
+    with pytest.raises(ValueError, match=r"objects \['pear'\], got 'plum'"):
+        RobotModel('m', '1', {'a': 'A'}, (row,)).model_of('plum')

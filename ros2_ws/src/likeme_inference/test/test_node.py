@@ -1,0 +1,139 @@
+"""The inference node as a real process: twelve demonstrations, three modes, the help desk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import Arm, Camera
+
+from graph import LATCHED, Graph
+from likeme_inference import messages
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.domain import Manner, Mode, State
+from likeme_inference.tabletop.imitation import Settings, believe, decide
+from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.values import TableView
+from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome
+from likeme_msgs.srv import AskHuman
+
+pytestmark = pytest.mark.graph
+L, R, O = State  # noqa: E741
+TWELVE = [
+    (name, *change)
+    for name in ('pear', 'lemon', 'chicken')
+    for change in ((L, R), (L, O), (R, L), (R, O))
+]
+
+
+class Listener:
+    """All the node publishes."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.beliefs: list[GoalBelief] = graph.collect(GoalBelief, 'goal_belief', LATCHED)
+        self.decisions: list[Decision] = graph.collect(Decision, 'decision', LATCHED)
+        self.outcomes: list[Outcome] = graph.collect(Outcome, 'outcome', LATCHED)
+
+
+def expected_decision(demo: Demonstration, mode: Mode, got: Decision) -> Decision:
+    """Ask the library for its decision on the same demonstration and table."""
+    value = messages.read_demonstration(demo, shipped().objects)
+    stamp = messages.stamp_ns(got.header.stamp)
+    view = TableView(stamp, got.header.frame_id, True, {demo.object: value.x_i})
+    return messages.decision_msg(decide(shipped(), Settings(mode=mode), value, view, got.id))
+
+
+def answer(graph: Graph, number: int, reply: int, by: str = 'Ada') -> Any:
+    request = AskHuman.Request(
+        command=AskHuman.Request.ANSWER, request_id=number, answer=reply, answered_by=by
+    )
+    return graph.call(AskHuman, 'ask_human', request)
+
+
+def imitate(graph: Graph, camera: Camera, heard: Listener, demo: Demonstration) -> Decision:
+    """See a demonstration at its goal, put the object back; the decision that follows."""
+    graph.until(lambda: heard.decisions, 10, 'AT_GOAL')
+    assert heard.decisions.pop().kind == Kind.AT_GOAL
+    camera.show(demo.object, demo.x_f, demo.x_i)
+    decision: Decision = graph.until(lambda: heard.decisions, 10, 'a decision')[-1]
+    heard.decisions.clear()
+    return decision
+
+
+@pytest.mark.parametrize('mode', Mode)
+def test_twelve_demonstrations(tmp_path: Path, mode: Mode) -> None:
+    with Graph(tmp_path) as graph:
+        process = graph.start('likeme_inference.inference_node', mode=mode)
+        camera = Camera(graph)
+        arm, heard = Arm(graph, camera), Listener(graph)
+        for number, (name, x_i, x_f) in enumerate(TWELVE):
+            arm.requests.clear()
+            demo = camera.show(name, x_i, x_f, Manner(number % 2))
+            belief = graph.until(lambda: heard.beliefs, 20, 'a belief').pop()
+            decision = imitate(graph, camera, heard, demo)
+            if decision.kind == Kind.ASK_HUMAN:
+                camera.states[name] = int(x_f)
+                assert answer(graph, decision.id, AskHuman.Request.DONE_BY_HAND).success
+            outcome = graph.until(lambda: heard.outcomes, 10, 'an outcome').pop()
+
+            value = messages.read_demonstration(demo, shipped().objects)
+            assert belief == messages.belief_msg(believe(shipped(), (1 / 3,) * 3, value))
+            assert decision == expected_decision(demo, mode, decision)
+            asked = mode is Mode.INTERACTIVE and (name, x_i, x_f) == ('pear', R, L)
+            assert decision.kind == (Kind.ASK_HUMAN if asked else Kind.EXECUTE)
+            assert [r.action for r in arm.requests] == ([] if asked else [decision.action])
+            assert (outcome.result, outcome.decision_id) == (Outcome.REACHED, decision.id)
+            assert outcome.actor == (Outcome.HUMAN if asked else Outcome.ROBOT)
+        assert process.stop() == 0
+        assert 'Traceback' not in process.said
+
+
+def test_answers_and_their_refusals(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node')
+        camera = Camera(graph)
+        arm, heard = Arm(graph, camera), Listener(graph)
+        arm.lands = R
+        nothing = answer(graph, 1, AskHuman.Request.SKIP)
+        decision = imitate(graph, camera, heard, camera.show('pear', R, L))
+        listed = graph.call(AskHuman, 'ask_human', AskHuman.Request(command=AskHuman.Request.LIST))
+        unknown = answer(graph, 99, AskHuman.Request.SKIP)
+        bad = answer(graph, decision.id, 3)
+        nobody = answer(graph, decision.id, AskHuman.Request.SKIP, by=' ')
+        command = graph.call(AskHuman, 'ask_human', AskHuman.Request(command=2))
+        accepted = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY)
+        second = answer(graph, decision.id, AskHuman.Request.DONE_BY_HAND, by='Bob')
+        outcome = graph.until(lambda: heard.outcomes, 10, 'an outcome')[0]
+
+        assert listed.success
+        assert [(item.id, item.object) for item in listed.pending] == [(decision.id, 'pear')]
+        assert listed.pending[0].question.startswith('I want pear to go from RIGHT to LEFT')
+        for refused, why in [
+            (nothing, 'Nothing is pending'),
+            (unknown, f'Expected one of the pending requests [{decision.id}], got 99.'),
+            (bad, 'got 3.'),
+            (nobody, 'Expected the name of who answers'),
+            (command, 'Expected command 0 LIST or 1 ANSWER, got 2.'),
+            (second, f'Request {decision.id} was answered already: TRY_ANYWAY by Ada.'),
+        ]:
+            assert not refused.success
+            assert why in refused.message
+        assert accepted.success
+        assert accepted.pending == second.pending == []
+        assert (outcome.result, outcome.x_f, outcome.actor) == (Outcome.MISSED, R, Outcome.ROBOT)
+        assert len(arm.requests) == 1
+
+
+def test_a_late_subscriber_hears_the_last_belief(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node')
+        camera = Camera(graph)
+        early = Listener(graph)
+        camera.show('lemon', R, O)
+        graph.until(lambda: early.decisions, 20, 'AT_GOAL')
+        late = Listener(graph)
+        graph.until(lambda: late.decisions and late.beliefs, 10, 'the last belief and decision')
+
+        assert late.beliefs == early.beliefs
+        assert [d.id for d in late.decisions] == [d.id for d in early.decisions] == [1]

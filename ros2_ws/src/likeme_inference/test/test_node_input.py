@@ -1,0 +1,114 @@
+"""The inference node and bad input: messages, parameters, model files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from fakes import Camera, demonstration
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+
+from graph import LATCHED, Graph
+from likeme_inference.tabletop.domain import State
+from likeme_inference.tabletop.model_file import format_model, shipped
+from likeme_msgs.msg import Decision, GoalBelief
+
+pytestmark = pytest.mark.graph
+L, R, O = State  # noqa: E741
+
+
+def set_parameter(graph: Graph, name: str, value: Any) -> Any:
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+    return graph.call(SetParameters, 'inference_node/set_parameters', request).results[0]
+
+
+def facts(array: DiagnosticArray) -> dict[str, str]:
+    return {item.key: item.value for item in array.status[0].values}
+
+
+def test_bad_demonstrations_are_dropped_counted_and_said_once(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        node = graph.start('likeme_inference.inference_node')
+        camera = Camera(graph)
+        beliefs = graph.collect(GoalBelief, 'goal_belief', LATCHED)
+        diagnostics = graph.collect(DiagnosticArray, '/diagnostics')
+        unknown_state, unlikely = demonstration('pear', L, R), demonstration('pear', L, R)
+        unknown_state.x_f = 3
+        unlikely.x_f_probability = [0.0, 0.93, 0.0]
+        for bad in (demonstration('plum', L, R), unknown_state, unlikely):
+            camera.send(bad)
+        dropped = 'demonstrations dropped'
+        graph.until(
+            lambda: diagnostics and facts(diagnostics[-1]).get(dropped) == '3', 10, 'diagnostics'
+        )
+        camera.show('pear', R, L)
+        graph.until(lambda: beliefs, 10, 'a belief of a good demonstration')
+
+        status = diagnostics[-1].status[0]
+        assert status.level == b'\x01'
+        assert 'messages were dropped just now' in status.message
+        assert node.said.count('dropped so far') == 1
+        assert (
+            '1 demonstrations dropped so far, the last one because: Expected an object'
+            in node.said
+        )
+        assert len(beliefs) == 1
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'why'),
+    [
+        ({'help_threshold': 1.5}, 'help_threshold'),
+        ({'mode': 'telepathy'}, "got 'telepathy'"),
+        ({'goal_prior': [0.5, 0.4, 0.03]}, 'to sum to 1, got 0.93'),
+        ({'model_file': '/no/such/file'}, '/no/such/file: No such file'),
+    ],
+)
+def test_a_node_with_bad_parameters_does_not_start(
+    tmp_path: Path, arguments: dict[str, Any], why: str
+) -> None:
+    with Graph(tmp_path) as graph:
+        node = graph.start('likeme_inference.inference_node', **arguments)
+
+        assert node.wait(20) == 1
+        assert why in node.said
+        assert 'Traceback' not in node.said
+
+
+def test_parameters_are_refused_or_count_for_the_next_decision(tmp_path: Path) -> None:
+    good = tmp_path / 'good.csv'
+    good.write_text(format_model(shipped()).replace('name,chung2015_robot', 'name,copy'))
+    torn = tmp_path / 'torn.csv'
+    torn.write_text(good.read_text()[:300])
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node')
+        camera = Camera(graph)
+        decisions = graph.collect(Decision, 'decision', LATCHED)
+        refused = [
+            set_parameter(graph, name, value)
+            for name, value in [
+                ('help_threshold', -0.1), ('mode', 'telepathy'), ('goal_prior', [0.5, 0.5]),
+                ('goal_prior', [0.9, 0.0, 0.03]), ('arm_wait', 0.0), ('help_threshold', 'half'),
+                ('model_file', str(torn)), ('model_file', str(tmp_path / 'none.csv')),
+            ]
+        ]  # fmt: skip
+        camera.show('pear', R, L)
+        before = graph.until(lambda: decisions, 10, 'AT_GOAL').pop()
+        accepted = [
+            set_parameter(graph, name, value)
+            for name, value in [('model_file', str(good)), ('help_threshold', 0.3)]
+        ]
+        camera.show('pear', L, R)
+        after = graph.until(lambda: decisions, 10, 'a decision').pop()
+
+        assert not any(result.successful for result in refused)
+        assert 'torn.csv: line ' in refused[6].reason
+        assert 'No such file' in refused[7].reason
+        assert (before.model, before.threshold, before.mode) == (
+            'chung2015_robot 1', 0.5, 'interactive',
+        )  # fmt: skip
+        assert all(result.successful for result in accepted)
+        assert (after.kind, after.model, after.threshold) == (Decision.EXECUTE, 'copy 1', 0.3)

@@ -1,0 +1,178 @@
+"""Helpers for tests of the graph: node processes on their own ROS domain, waits with bounds.
+
+with Graph(tmp_path) as graph:
+    process = graph.start('likeme_inference.inference_node', mode='goal_based')
+    decisions = graph.collect(Decision, 'decision', LATCHED)
+    graph.until(lambda: decisions, 10, 'a decision')
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+#: s in which a node process must have ended after SIGINT.
+GRACE = 10.0
+
+
+class NodeProcess:
+    """A process of the graph, in a process group of its own, with all it says in a file."""
+
+    def __init__(self, command: list[str], log: Path, env: Mapping[str, str]) -> None:
+        self.log = log
+        with log.open('wb') as out:
+            self._process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=subprocess.STDOUT,
+                env=dict(env),
+                start_new_session=True,
+            )
+
+    @property
+    def said(self) -> str:
+        """All it printed so far."""
+        return self.log.read_text(encoding='utf-8', errors='replace')
+
+    @property
+    def alive(self) -> bool:
+        """Whether it still runs."""
+        return self._process.poll() is None
+
+    def signal(self, number: signal.Signals) -> None:
+        """Send a signal to the process and its children."""
+        if self.alive:
+            os.killpg(self._process.pid, number)
+
+    def stop(self) -> int:
+        """End it as Ctrl-C does, or by force after a while; the exit code."""
+        self.signal(signal.SIGCONT)
+        self.signal(signal.SIGINT)
+        try:
+            return self._process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            self.signal(signal.SIGKILL)
+            return self._process.wait(GRACE)
+
+    def wait(self, timeout: float) -> int:
+        """Wait for it to end by itself; the exit code."""
+        return self._process.wait(timeout)
+
+
+class Graph:
+    """One ROS domain for one test: a node in this process, and processes that end with it.
+
+    Attributes:
+        node: this test's own node, spun by `until` and `call`.
+    """
+
+    def __init__(self, log_folder: Path) -> None:
+        self._logs = log_folder
+        self._stack = ExitStack()
+        self._processes: list[NodeProcess] = []
+
+    def __enter__(self) -> Self:
+        self.domain = self._stack.enter_context(domain_id())
+        self.env = os.environ | {'ROS_DOMAIN_ID': str(self.domain), 'PYTHONUNBUFFERED': '1'}
+        self._context = rclpy.Context()
+        self._context.init(domain_id=self.domain)
+        self._stack.callback(self._context.try_shutdown)
+        self.node = Node('test', context=self._context, start_parameter_services=False)
+        self._stack.callback(self.node.destroy_node)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.node)
+        self._stack.callback(self._executor.shutdown)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        for process in reversed(self._processes):
+            process.stop()
+        if error is not None:
+            for process in self._processes:
+                error.add_note(f'--- {process.log.name}\n{process.said}')
+        self._stack.close()
+
+    def background_node(self, name: str) -> Node:
+        """Create a node that a thread of its own spins, so that its callbacks may block."""
+        node = Node(name, context=self._context, start_parameter_services=False)
+        executor = SingleThreadedExecutor(context=self._context)
+        executor.add_node(node)
+        thread = threading.Thread(target=executor.spin, daemon=True)
+        self._stack.callback(node.destroy_node)
+        self._stack.callback(thread.join, GRACE)
+        self._stack.callback(executor.shutdown)
+        thread.start()
+        return node
+
+    def run(self, name: str, *command: str) -> NodeProcess:
+        """Start any command on this domain."""
+        log = self._logs / f'{len(self._processes)}_{name}.log'
+        process = NodeProcess(list(command), log, self.env)
+        self._processes.append(process)
+        return process
+
+    def start(self, module: str, *arguments: str, **parameters: Any) -> NodeProcess:
+        """Start a Python module as a node, with ROS parameters."""
+        values = [f'{name}:={json.dumps(value)}' for name, value in parameters.items()]
+        ros = ['--ros-args', *(word for value in values for word in ('-p', value))]
+        command = [sys.executable, '-m', module, *arguments, *(ros if values else [])]
+        return self.run(module.rpartition('.')[2], *command)
+
+    def until(self, condition: Callable[[], Any], timeout: float, what: str) -> Any:
+        """Spin until a condition holds and give its value; fail with what was waited for."""
+        deadline = time.monotonic() + timeout
+        while not (value := condition()):
+            left = deadline - time.monotonic()
+            if left <= 0:
+                raise AssertionError(f'Expected {what} within {timeout:g} s, got nothing.')
+            self._executor.spin_once(timeout_sec=min(left, 0.05))
+        return value
+
+    def during(self, seconds: float) -> None:
+        """Spin for a while, to see that nothing happens."""
+        end = time.monotonic() + seconds
+        self.until(lambda: time.monotonic() >= end, seconds + 1, 'time to pass')
+
+    def collect(self, kind: type, topic: str, qos: QoSProfile | int = 10) -> list[Any]:
+        """Subscribe; the list grows with every message while the test spins."""
+        received: list[Any] = []
+        self.node.create_subscription(kind, topic, received.append, qos)
+        return received
+
+    def publisher(self, kind: type, topic: str, qos: QoSProfile | int = 10) -> Any:
+        """Create a publisher and wait for its first subscriber."""
+        publisher = self.node.create_publisher(kind, topic, qos)
+        self.until(lambda: publisher.get_subscription_count(), 20, f'a subscriber of {topic}')
+        return publisher
+
+    def call(self, kind: type, service: str, request: Any, timeout: float = 20) -> Any:
+        """Call a service once it is there; the response."""
+        client = self.node.create_client(kind, service)
+        self.until(client.service_is_ready, timeout, f'the service {service}')
+        future = client.call_async(request)
+        self.until(future.done, timeout, f'an answer of {service}')
+        self.node.destroy_client(client)
+        return future.result()
