@@ -1,0 +1,184 @@
+"""The running graph: camera rate, camera-to-table_state latency, frames lost, CPU per node.
+
+Starts the cell as a user does (scripts/start_cell.sh) on a ROS domain of its own and listens to
+camera_info, which is small and leaves the node just before the images with the same stamp, so that
+the time from its arrival to that of the table_state with this stamp is the whole way: transport of
+two images, perception, transport back.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import psutil
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo
+
+from likeme_msgs.msg import TableState
+from likeme_msgs.srv import ExecuteAction
+from report import Bar, publish
+
+ROOT = Path(__file__).resolve().parents[1]
+NODES = ('arm_driver_node', 'perception_node', 'inference_node')
+CAMERA_RATE = 30.0
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What was counted while one thing went on."""
+
+    name: str
+    rate: float
+    frames: int
+    lost: int
+    latency_ms: np.ndarray
+    cpu: dict[str, float]
+
+
+class Listener(Node):
+    """Arrival times by stamp of camera_info and table_state."""
+
+    def __init__(self) -> None:
+        super().__init__('graph_benchmark')
+        self.camera: dict[int, float] = {}
+        self.tables: dict[int, float] = {}
+        self.create_subscription(
+            CameraInfo,
+            'camera/rgb/camera_info',
+            lambda m: self.camera.setdefault(_nanoseconds(m.header.stamp), time.monotonic()),
+            qos_profile_sensor_data,
+        )
+        self.create_subscription(
+            TableState,
+            'table_state',
+            lambda m: self.tables.setdefault(_nanoseconds(m.header.stamp), time.monotonic()),
+            10,
+        )
+        self.human = self.create_client(ExecuteAction, 'human/execute_action')
+        self.arm = self.create_client(ExecuteAction, 'arm/execute_action')
+
+    def until(self, done: Callable[[], bool], timeout: float, what: str) -> None:
+        """Spin until done, or stop the benchmark with a sentence."""
+        deadline = time.monotonic() + timeout
+        while not done():
+            if time.monotonic() > deadline:
+                raise SystemExit(f'Expected {what} within {timeout:.0f} s, got nothing.')
+            rclpy.spin_once(self, timeout_sec=0.05)
+
+
+def _nanoseconds(stamp: object) -> int:
+    return stamp.sec * 10**9 + stamp.nanosec
+
+
+def _processes(pid: int) -> dict[str, psutil.Process]:
+    children = psutil.Process(pid).children(recursive=True)
+    return {
+        name: child for name in NODES for child in children if name in ' '.join(child.cmdline())
+    }
+
+
+def _measure(listener: Listener, name: str, nodes: dict, done: Callable[[], bool]) -> Phase:
+    listener.camera.clear()
+    before = {node: sum(process.cpu_times()[:2]) for node, process in nodes.items()}
+    start = time.monotonic()
+    listener.until(done, 120.0, f'the end of the phase "{name}"')
+    seconds = time.monotonic() - start
+    cpu = {
+        node: (sum(process.cpu_times()[:2]) - before[node]) / seconds
+        for node, process in nodes.items()
+    }
+    camera = dict(listener.camera)
+    # The last frames may still be under way.
+    settled = time.monotonic() + 1.0
+    listener.until(lambda: time.monotonic() > settled, 5.0, 'the last frames')
+    stamps = sorted(camera)
+    latency = [(listener.tables[s] - camera[s]) * 1e3 for s in stamps if s in listener.tables]
+    arrivals = sorted(camera.values())
+    rate = (len(arrivals) - 1) / (arrivals[-1] - arrivals[0])
+    return Phase(name, rate, len(stamps), len(stamps) - len(latency), np.array(latency), cpu)
+
+
+def _acting(listener: Listener, client: object, action: int) -> Callable[[], bool]:
+    future = client.call_async(ExecuteAction.Request(object='chicken', action=action))
+
+    def done() -> bool:
+        if future.done() and not future.result().success:
+            raise SystemExit(f'Expected the motion to complete, got: {future.result().message}')
+        return future.done()
+
+    return done
+
+
+def _phases(pid: int) -> list[Phase]:
+    listener = Listener()
+    try:
+        for client in (listener.human, listener.arm):
+            listener.until(client.service_is_ready, 60.0, client.srv_name)
+        listener.until(lambda: bool(listener.tables), 60.0, 'a first table_state')
+        nodes = _processes(pid)
+        end = time.monotonic() + 10.0
+        return [
+            _measure(listener, 'nothing moves', nodes, lambda: time.monotonic() > end),
+            _measure(
+                listener,
+                'the hand moves',
+                nodes,
+                _acting(listener, listener.human, ExecuteAction.Request.PLACE_RIGHT),
+            ),
+            _measure(
+                listener,
+                'the arm moves',
+                nodes,
+                _acting(listener, listener.arm, ExecuteAction.Request.PUSH_LEFT),
+            ),
+        ]
+    finally:
+        listener.destroy_node()
+
+
+def main() -> None:
+    """Run the three phases and publish."""
+    with domain_id() as domain:
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+        cell = subprocess.Popen(
+            [str(ROOT / 'scripts' / 'start_cell.sh'), '--seed', '1'],
+            stdout=subprocess.DEVNULL,
+            stderr=sys.stderr,
+        )
+        rclpy.init()
+        try:
+            phases = _phases(cell.pid)
+        finally:
+            rclpy.try_shutdown()
+            cell.send_signal(signal.SIGINT)
+            cell.wait(30)
+    bars = []
+    for phase, wanted in zip(phases, (CAMERA_RATE, CAMERA_RATE, 15.0), strict=True):
+        p50, p99 = np.percentile(phase.latency_ms, [50, 99])
+        n = phase.frames
+        bars += [
+            Bar(f'camera rate, {phase.name}', phase.rate, wanted, 'Hz', 'the Kinect', n),
+            Bar(f'latency p50, {phase.name}', p50, None, 'ms', None, n),
+            Bar(f'latency p99, {phase.name}', p99, None, 'ms', None, n),
+            Bar(f'frames lost, {phase.name}', phase.lost, 0, 'frames', None, n),
+        ]
+        bars += [
+            Bar(f'CPU of {node}, {phase.name}', share, None, 'cores', None, n)
+            for node, share in phase.cpu.items()
+        ]
+    publish('graph', bars, {})
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,69 @@
+"""Start the nodes: `ros2 launch likeme_bringup cell.launch.py only:=arm,inference seed:=3`."""
+
+from __future__ import annotations
+
+import os
+
+from ament_index_python.packages import get_package_share_directory
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from launch import LaunchContext, LaunchDescription
+from likeme_bringup.start_cell import Mode, Part, Settings, executable
+
+ARGUMENTS = {
+    'only': ('', 'Parts to start, separated by commas: arm, perception, inference; empty: all.'),
+    'network': ('false', 'true: let nodes on other machines of the subnet take part.'),
+    'mode': ('', 'How the robot imitates: trajectory, goal_based or interactive.'),
+    'threshold': ('', 'Ask for help below this predicted success.'),
+    'seed': ('', 'Seed of the simulated cell.'),
+    'real_time_factor': ('', '1: as in life; 0: as fast as it goes.'),
+    'params': ('', 'ROS parameter file; config/cell.yaml has all names.'),
+    'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    declared = [
+        DeclareLaunchArgument(name, default_value=default, description=description)
+        for name, (default, description) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*declared, OpaqueFunction(function=start)])
+
+
+def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    settings = Settings(
+        mode=Mode(given['mode']) if given['mode'] else None,
+        threshold=float(given['threshold']) if given['threshold'] else None,
+        seed=int(given['seed']) if given['seed'] else None,
+        real_time_factor=float(given['real_time_factor']) if given['real_time_factor'] else None,
+    )
+    parts = [Part(name.strip()) for name in given['only'].split(',') if name.strip()] or list(Part)
+    return [*environment(given), *(node(part, settings, given['params']) for part in parts)]
+
+
+def environment(given: dict[str, str]) -> list[SetEnvironmentVariable]:
+    config = os.path.join(get_package_share_directory('likeme_bringup'), 'config')
+    chosen = {
+        'FASTRTPS_DEFAULT_PROFILES_FILE': os.environ.get(
+            'FASTRTPS_DEFAULT_PROFILES_FILE', os.path.join(config, 'fastdds.xml')
+        ),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET' if given['network'] == 'true' else 'LOCALHOST',
+    }
+    if given['domain']:
+        chosen['ROS_DOMAIN_ID'] = given['domain']
+    return [SetEnvironmentVariable(name, value) for name, value in chosen.items()]
+
+
+def node(part: Part, settings: Settings, params: str) -> Node:
+    package, name = executable(part)
+    return Node(
+        package=package,
+        executable=name,
+        output='screen',
+        parameters=[*([params] if params else []), settings.overrides(part)],
+        # As under start_cell: when one ends, all end.
+        on_exit=[Shutdown(reason=f'{part.value} has ended')],
+    )

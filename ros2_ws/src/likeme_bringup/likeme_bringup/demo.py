@@ -1,0 +1,165 @@
+"""The demo: starts the cell, has the paper's story played in it, and draws what the camera saw."""
+
+from __future__ import annotations
+
+import getpass
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from domain_coordinator import domain_id
+from rich.console import Console
+from rich.prompt import Prompt
+
+from likeme_bringup import story
+from likeme_bringup.demo_node import DONE_BY_HAND, SKIP, TRY_ANYWAY, Operator, play_story
+from likeme_bringup.storyboard import draw_storyboard
+from likeme_inference.tabletop.domain import State
+
+console = Console(highlight=False, soft_wrap=False)
+END_OF_CELL_TIMEOUT = 20.0
+
+
+class Side(StrEnum):
+    """Where the robot could fetch an object from, and where the person may take it to."""
+
+    LEFT = 'left'
+    RIGHT = 'right'
+    OFFTABLE = 'offtable'
+
+
+class Manner(StrEnum):
+    """How the person moves it."""
+
+    PLACE = 'place'
+    PUSH = 'push'
+
+
+class Who(StrEnum):
+    """Who answers when the robot asks for help."""
+
+    AUTO = 'auto'
+    ME = 'me'
+
+
+def main(
+    seed: Annotated[int, typer.Option(help='Draws the positions, the hand and the noise.')] = 1,
+    object_: Annotated[
+        str | None, typer.Option('--object', help='pear, lemon or chicken, instead of the two.')
+    ] = None,
+    show: Annotated[
+        tuple[Side, Side], typer.Option(metavar='FROM TO', help='What the person shows.')
+    ] = (Side.RIGHT, Side.LEFT),
+    by: Annotated[Manner, typer.Option(help='How the person shows it.')] = Manner.PLACE,
+    operator: Annotated[
+        Who,
+        typer.Option(help='Who answers the robot: the simulated person, or you at this keyboard.'),
+    ] = Who.AUTO,
+    model: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help='Another transition model file.'),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option(help='Folder for the picture and the log of the nodes.')
+    ] = Path('out/demo'),
+) -> None:
+    """Play the paper's story: the robot watches, infers the goal, reaches it its own way, or asks.
+
+    Exit code 0: every act reached the goal that was shown. 1: one did not, or the story stopped.
+    """
+    acts = _acts(object_, show, by)
+    out.mkdir(parents=True, exist_ok=True)
+    began = time.monotonic()
+    with domain_id() as domain, _cell(domain, seed, model, out / 'cell.log') as alive:
+        endings, rows = play_story(acts, seed, _tell, _operator(operator), alive)
+    seconds = time.monotonic() - began
+    _tell('\n' + story.summary(endings, len(acts), seconds))
+    if any(row.panels for row in rows):
+        _tell(f'What the camera saw: {draw_storyboard(rows, out / "story.png")}')
+    _tell(f'What the nodes said: {out / "cell.log"}')
+    raise typer.Exit(0 if len(endings) == len(acts) and all(e.reached for e in endings) else 1)
+
+
+def _acts(object_: str | None, show: tuple[Side, Side], by: Manner) -> Sequence[story.Act]:
+    start, end = (State[side.name] for side in show)
+    default = (start, end, by) == (State.RIGHT, State.LEFT, Manner.PLACE)
+    if object_ is None and default:
+        return story.PAPERS_STORY
+    if start == end or start == State.OFFTABLE:
+        raise typer.BadParameter(
+            f'expected a change that starts on the table, got {start.name} to {end.name}',
+            param_hint='--show',
+        )
+    return (story.Act(object_ or 'chicken', start, end, push=by == Manner.PUSH),)
+
+
+@contextmanager
+def _cell(domain: int, seed: int, model: Path | None, log: Path) -> Iterator[Callable[[], None]]:
+    """Run the three nodes as `start_cell` does; yields a check that raises once they ended."""
+    os.environ['ROS_DOMAIN_ID'] = str(domain)
+    command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--seed', str(seed)]
+    if model is not None:
+        command += ['--model', str(model.resolve())]
+    with log.open('w') as sink:
+        cell = subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT)
+
+    def alive() -> None:
+        if cell.poll() is not None:
+            raise typer.Exit(_report_dead_cell(cell.returncode, log))
+
+    try:
+        yield alive
+    finally:
+        cell.send_signal(signal.SIGINT)
+        try:
+            cell.wait(END_OF_CELL_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            cell.kill()
+
+
+def _report_dead_cell(code: int, log: Path) -> int:
+    last = log.read_text(errors='replace').strip().splitlines()[-5:]
+    console.print(f'The cell ended by itself (exit code {code}). Its last words, from {log}:')
+    console.print('\n'.join(last), markup=False)
+    return 1
+
+
+def _tell(sentence: str) -> None:
+    console.print(sentence, markup=False)
+
+
+def _operator(who: Who) -> Operator:
+    if who is Who.AUTO:
+        return Operator(lambda request: (DONE_BY_HAND, 'the simulated person'))
+    return Operator(_ask_at_keyboard)
+
+
+def _ask_at_keyboard(request: Any) -> tuple[int, str]:
+    answers = {'done': DONE_BY_HAND, 'try': TRY_ANYWAY, 'skip': SKIP}
+    _tell(
+        '  done: you do it (the simulated hand moves for you); try: let the robot try; skip: leave it'
+    )
+    try:
+        word = Prompt.ask('Your answer', choices=list(answers), default='done', console=console)
+    except EOFError:
+        raise typer.BadParameter(
+            'expected an answer on the keyboard, got the end of input'
+        ) from None
+    return answers[word], getpass.getuser()
+
+
+def run() -> None:
+    """Console entry point."""
+    typer.run(main)
+
+
+if __name__ == '__main__':
+    run()

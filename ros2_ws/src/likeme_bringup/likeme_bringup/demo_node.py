@@ -1,0 +1,267 @@
+"""The narrator of the demo: plays the person's part over the real services and tells what comes back."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+import numpy as np
+import rclpy
+from numpy.typing import NDArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import Image
+
+from likeme_bringup import story
+from likeme_bringup.storyboard import Panel, Row
+from likeme_inference.tabletop.domain import Action, State
+from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome, TableState
+from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
+
+T = TypeVar('T')
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+DONE_BY_HAND = AskHuman.Request.DONE_BY_HAND
+TRY_ANYWAY = AskHuman.Request.TRY_ANYWAY
+SKIP = AskHuman.Request.SKIP
+
+
+class StoryStopped(Exception):
+    """The story cannot go on; the sentence says what was expected and what came."""
+
+
+@dataclass
+class Operator:
+    """Who answers ask_human: `ask(request) -> (answer, name)`, an AskHuman constant and a name."""
+
+    ask: Callable[[Any], tuple[int, str]]
+
+
+@dataclass
+class Heard:
+    """Everything the graph said since the act began."""
+
+    demonstrations: list[Demonstration] = field(default_factory=list)
+    beliefs: list[GoalBelief] = field(default_factory=list)
+    decisions: list[Decision] = field(default_factory=list)
+    outcomes: list[Outcome] = field(default_factory=list)
+
+
+class DemoNode(Node):
+    """Plays one act after another and narrates.
+
+    Subscribes: table_state, demonstration, goal_belief, decision, outcome, table_overlay.
+    Calls: cell/reset, human/execute_action, ask_human.
+    """
+
+    def __init__(
+        self, tell: Callable[[str], None], operator: Operator, alive: Callable[[], None]
+    ) -> None:
+        super().__init__('demo')
+        self._tell = tell
+        self._operator = operator
+        self._alive = alive
+        self._heard = Heard()
+        self._table: TableState | None = None
+        self._reel: list[Image] = []
+        self._panels: list[Panel] = []
+        self.rows: list[Row] = []
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+        self.create_subscription(TableState, 'table_state', self._on_table, 1)
+        self.create_subscription(
+            Demonstration, 'demonstration', lambda m: self._heard.demonstrations.append(m), 10
+        )
+        self.create_subscription(
+            GoalBelief, 'goal_belief', lambda m: self._heard.beliefs.append(m), LATCHED
+        )
+        self.create_subscription(
+            Decision, 'decision', lambda m: self._heard.decisions.append(m), LATCHED
+        )
+        self.create_subscription(
+            Outcome, 'outcome', lambda m: self._heard.outcomes.append(m), LATCHED
+        )
+        self.create_subscription(
+            Image, 'table_overlay', self._reel.append, qos_profile_sensor_data
+        )
+        self._human = self.create_client(ExecuteAction, 'human/execute_action')
+        self._arm = self.create_client(ExecuteAction, 'arm/execute_action')
+        self._reset = self.create_client(ResetCell, 'cell/reset')
+        self._ask = self.create_client(AskHuman, 'ask_human')
+
+    def wait_until_ready(self, timeout: float) -> None:
+        """Return when every service is there and perception has a first table state."""
+        for client in (self._human, self._arm, self._reset, self._ask):
+            self._until(client.service_is_ready, timeout, f'the service {client.srv_name}')
+        self._until(lambda: self._table, timeout, 'a first table_state from perception')
+
+    def play(self, act: story.Act, seed: int) -> story.Ending:
+        """Play one act from the set table to the outcome. Raises StoryStopped."""
+        self._heard, self._panels = Heard(), []
+        self.rows.append(Row(act.title(), self._panels))
+        self._set_the_table(act, seed)
+        self._snap('before')
+        self._show(act)
+        self._put_back(act)
+        choice = self._next_decision()
+        self._tell(story.decision(choice, act))
+        asked = choice.kind == Decision.ASK_HUMAN
+        if asked:
+            self._answer(choice)
+        elif choice.kind != Decision.EXECUTE:
+            raise StoryStopped(f'Expected the robot to act or to ask, got: {choice.sentence}')
+        else:
+            self._tell('The robot acts.')
+        outcome = self._until(
+            lambda: next((o for o in self._heard.outcomes if o.decision_id == choice.id), None),
+            120.0,
+            'an outcome of the decision',
+        )
+        self._keep_middle('a person helps' if asked else f'robot: {Action(choice.action).name}')
+        self._tell(outcome.sentence)
+        self._snap(f'after: {story.RESULTS[outcome.result]}')
+        reached = outcome.result == Outcome.REACHED and outcome.goal == act.end
+        return story.Ending(act, reached, asked, outcome.sentence)
+
+    def _set_the_table(self, act: story.Act, seed: int) -> None:
+        request = ResetCell.Request(objects=[act.object], states=[int(act.start)], seed=seed)
+        reply = self._call(self._reset, request, 20.0)
+        if not reply.success:
+            raise StoryStopped(f'Expected the table to be set, got: {reply.message}')
+        self._wait_for_object(act.object, act.start, 20.0)
+        self._tell(story.table(self._table))
+
+    def _show(self, act: story.Act) -> None:
+        self._tell(f'A person shows: {act.title()}.')
+        self._by_hand(act.object, act.action)
+        demo = self._until(
+            lambda: next(iter(self._heard.demonstrations), None), 20.0, 'a demonstration event'
+        )
+        self._keep_middle('a person shows')
+        self._tell(story.demonstration(demo))
+        if (demo.object, demo.x_i, demo.x_f) != (act.object, act.start, act.end):
+            raise StoryStopped(f'Expected to see {act.title()}; the camera saw something else.')
+        goal_belief = self._until(
+            lambda: next(iter(self._heard.beliefs), None), 10.0, 'a goal belief'
+        )
+        self._tell(story.belief(goal_belief))
+
+    def _put_back(self, act: story.Act) -> None:
+        at_goal = self._next_decision()
+        self._tell(at_goal.sentence)
+        self._tell(
+            f'The person puts the {act.object} back {act.start.name}; the robot looks again.'
+        )
+        self._by_hand(act.object, act.undo)
+        self._reel.clear()
+        self._wait_for_object(act.object, act.start, 20.0)
+
+    def _next_decision(self) -> Decision:
+        choice = self._until(
+            lambda: next(iter(self._heard.decisions), None), 20.0, 'a decision of the robot'
+        )
+        self._heard.decisions.remove(choice)
+        return choice
+
+    def _answer(self, choice: Decision) -> None:
+        listed = self._call(self._ask, AskHuman.Request(command=AskHuman.Request.LIST), 10.0)
+        pending = [request for request in listed.pending if request.id == choice.id]
+        if not pending:
+            raise StoryStopped(
+                f'Expected request {choice.id} to be pending, got: {listed.message}'
+            )
+        self._tell(f'The robot asks: {pending[0].question}')
+        answer, name = self._operator.ask(pending[0])
+        if answer == DONE_BY_HAND:
+            self._tell(f'{name} does it by hand.')
+            self._by_hand(choice.object, Action(choice.goal))
+        reply = self._call(
+            self._ask,
+            AskHuman.Request(
+                command=AskHuman.Request.ANSWER,
+                request_id=choice.id,
+                answer=answer,
+                answered_by=name,
+            ),
+            10.0,
+        )
+        self._tell(f'{name} answers: {reply.message}')
+
+    def _by_hand(self, name: str, action: Action) -> None:
+        request = ExecuteAction.Request(object=name, action=int(action))
+        reply = self._call(self._human, request, 60.0)
+        if not reply.success:
+            raise StoryStopped(f'Expected the hand to do {action.name}, got: {reply.message}')
+
+    def _wait_for_object(self, name: str, state: State, timeout: float) -> None:
+        def seen() -> bool:
+            if self._table is None or not self._table.settled:
+                return False
+            return any(o.name == name and o.state == state for o in self._table.objects)
+
+        self._until(seen, timeout, f'the camera to see the {name} at rest {state.name}')
+
+    def _call(self, client: Any, request: Any, timeout: float) -> Any:
+        future = client.call_async(request)
+        self._until(future.done, timeout, f'an answer from {client.srv_name}')
+        return future.result()
+
+    def _until(self, predicate: Callable[[], T | None], timeout: float, what: str) -> T:
+        deadline = time.monotonic() + timeout
+        while not (value := predicate()):
+            self._alive()
+            if time.monotonic() > deadline:
+                raise StoryStopped(f'Expected {what} within {timeout:.0f} s, got nothing.')
+            if not rclpy.ok():
+                raise StoryStopped('Interrupted.')
+            self._executor.spin_once(timeout_sec=0.1)
+        return value
+
+    def _on_table(self, message: TableState) -> None:
+        self._table = message
+
+    def _snap(self, title: str) -> None:
+        """Keep the next picture that perception draws."""
+        self._reel.clear()
+        self._until(lambda: self._reel, 10.0, 'a picture on table_overlay')
+        self._panels.append(Panel(title, pixels(self._reel[-1])))
+        self._reel.clear()
+
+    def _keep_middle(self, title: str) -> None:
+        """Keep the picture from half way through what just went on."""
+        if self._reel:
+            self._panels.append(Panel(title, pixels(self._reel[len(self._reel) // 2])))
+        self._reel.clear()
+
+
+def pixels(image: Image) -> NDArray[np.uint8]:
+    """The (H, W, 3) pixels of an rgb8 image."""
+    flat = np.frombuffer(image.data, dtype=np.uint8).reshape(image.height, image.step)
+    return flat[:, : 3 * image.width].reshape(image.height, image.width, 3)
+
+
+def play_story(
+    acts: Sequence[story.Act],
+    seed: int,
+    tell: Callable[[str], None],
+    operator: Operator,
+    alive: Callable[[], None],
+) -> tuple[list[story.Ending], list[Row]]:
+    """Play the acts in order in a node of their own; stops at the first that cannot go on."""
+    rclpy.init()
+    node = DemoNode(tell, operator, alive)
+    endings: list[story.Ending] = []
+    try:
+        node.wait_until_ready(60.0)
+        tell('The cell is ready: arm driver, perception and inference are up.')
+        for number, act in enumerate(acts, start=1):
+            tell(f'\n{number}. {act.title()}')
+            endings.append(node.play(act, seed))
+    except StoryStopped as stopped:
+        tell(f'The story stops here. {stopped}')
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return endings, node.rows

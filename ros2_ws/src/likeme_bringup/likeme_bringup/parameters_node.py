@@ -1,0 +1,82 @@
+"""Writes config/cell.yaml from what the nodes declare, so that it is never a second truth.
+
+Run as `scripts/run.sh python -m likeme_bringup.parameters_node FILE`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import rclpy
+import yaml
+from domain_coordinator import domain_id
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.node import Node
+
+from likeme_bringup.start_cell import MODULES
+
+HEADER = """\
+# Every parameter of every node, with its default and its range. A copy to start from: keep what
+# you change and start with `scripts/start_cell.sh --params FILE` or the launch file's
+# `params:=FILE`. Written by `python -m likeme_bringup.parameters_node`; a test keeps it true."""
+# Every node has these; they are the launcher's business.
+COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+
+def node_class(module: str) -> type[Node]:
+    """The one node class a module defines."""
+    members = vars(importlib.import_module(module)).values()
+    kinds = [
+        m
+        for m in members
+        if isinstance(m, type) and issubclass(m, Node) and m.__module__ == module
+    ]
+    if len(kinds) != 1:
+        raise ValueError(f'Expected one node class in {module}, got {len(kinds)}.')
+    return kinds[0]
+
+
+def section(node: Node) -> Iterator[str]:
+    """The YAML lines of one node."""
+    yield from ('', f'{node.get_name()}:', '  ros__parameters:')
+    for name, parameter in node.get_parameters_by_prefix('').items():
+        if name.partition('.')[0] not in COMMON:
+            about = node.describe_parameter(name)
+            yield f'    # {about.description.rstrip(".")}{span(about)}.'
+            yield f'    {name}: {flow(parameter.value)}'
+
+
+def span(about: ParameterDescriptor) -> str:
+    """The permitted range in words, or nothing."""
+    ranges = [*about.floating_point_range, *about.integer_range]
+    return f' ({ranges[0].from_value:.6g} to {ranges[0].to_value:.6g})' if ranges else ''
+
+
+def flow(value: Any) -> str:
+    """A parameter value as YAML on one line."""
+    plain = list(value) if not isinstance(value, (str, bool, int, float)) else value
+    text = yaml.safe_dump(plain, default_flow_style=True, width=1000)
+    return text.removesuffix('\n').removesuffix('\n...')
+
+
+def cell_yaml() -> str:
+    """The whole file, from nodes made for the purpose on a ROS domain of their own."""
+    lines = [HEADER]
+    with domain_id() as domain:
+        rclpy.init(args=['--ros-args', '--log-level', 'fatal'], domain_id=domain)
+        try:
+            for module in MODULES.values():
+                node = node_class(module)()
+                lines += section(node)
+                node.destroy_node()
+        finally:
+            rclpy.try_shutdown()
+    return '\n'.join(lines) + '\n'
+
+
+if __name__ == '__main__':
+    Path(sys.argv[1]).write_text(cell_yaml(), encoding='utf-8')

@@ -1,0 +1,149 @@
+"""Start the cell's nodes in the foreground, under the supervisor."""
+
+from __future__ import annotations
+
+import os
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import typer
+
+from likeme_bringup.supervisor import Child, Supervisor
+
+
+class Part(StrEnum):
+    """The three processes of the cell, in the order in which data flows."""
+
+    ARM = 'arm'
+    PERCEPTION = 'perception'
+    INFERENCE = 'inference'
+
+
+class Mode(StrEnum):
+    """How the robot imitates (parameter `mode` of the inference node)."""
+
+    TRAJECTORY = 'trajectory'
+    GOAL_BASED = 'goal_based'
+    INTERACTIVE = 'interactive'
+
+
+MODULES = {
+    Part.ARM: 'likeme_arm_sim.arm_driver_node',
+    Part.PERCEPTION: 'likeme_perception.perception_node',
+    Part.INFERENCE: 'likeme_inference.inference_node',
+}
+
+
+class Settings(NamedTuple):
+    """What a start may choose; None leaves the node's default or the parameter file's value."""
+
+    mode: Mode | None = None
+    threshold: float | None = None
+    seed: int | None = None
+    real_time_factor: float | None = None
+    parameter_files: tuple[Path, ...] = ()
+
+    def overrides(self, part: Part) -> dict[str, object]:
+        """ROS parameters of one node that differ from the files."""
+        values: dict[Part, dict[str, object | None]] = {
+            Part.ARM: {'seed': self.seed, 'real_time_factor': self.real_time_factor},
+            Part.PERCEPTION: {},
+            Part.INFERENCE: {
+                'mode': self.mode.value if self.mode else None,
+                'help_threshold': self.threshold,
+                'model_file': str(self.model) if self.model else None,
+            },
+        }
+        return {name: value for name, value in values[part].items() if value is not None}
+
+
+DEFAULTS = Settings()
+
+
+def executable(part: Part) -> tuple[str, str]:
+    """Package and executable of a part, as `ros2 run` names them."""
+    package, _, module = MODULES[part].partition('.')
+    return package, module
+
+
+def children(
+    parts: tuple[Part, ...] = tuple(Part), settings: Settings = DEFAULTS, network: bool = False
+) -> list[Child]:
+    """The processes to start, with their ROS arguments."""
+    environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'} if network else {}
+    return [Child(part.value, command(part, settings), environment) for part in parts]
+
+
+def command(part: Part, settings: Settings) -> list[str]:
+    """The command line of one node; `python -m` also serves a tree that is not installed."""
+    arguments = [sys.executable, '-m', MODULES[part], '--ros-args']
+    for path in settings.parameter_files:
+        arguments += ['--params-file', str(path)]
+    for name, value in settings.overrides(part).items():
+        arguments += ['-p', f'{name}:={value}']
+    return arguments
+
+
+def start_cell(
+    only: Annotated[
+        list[Part] | None, typer.Option(help='Start this part alone; may be repeated.')
+    ] = None,
+    network: Annotated[
+        bool,
+        typer.Option('--network', help='Let nodes on other machines of the subnet take part.'),
+    ] = False,
+    mode: Annotated[Mode | None, typer.Option(help='How the robot imitates.')] = None,
+    threshold: Annotated[
+        float | None,
+        typer.Option(min=0.0, max=1.0, help='Ask for help below this predicted success.'),
+    ] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help='Seed of the simulated cell.')] = None,
+    real_time_factor: Annotated[
+        float | None, typer.Option(min=0.0, help='1: as in life; 0: as fast as it goes.')
+    ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(exists=True, dir_okay=False, help='Transition model file of the robot.'),
+    ] = None,
+    params: Annotated[
+        list[Path] | None,
+        typer.Option(
+            exists=True, dir_okay=False, help='ROS parameter file; config/cell.yaml has all names.'
+        ),
+    ] = None,
+    domain: Annotated[
+        int | None, typer.Option(min=0, max=101, help='ROS domain; default: ROS_DOMAIN_ID or 0.')
+    ] = None,
+) -> None:
+    """Start arm driver, perception and inference; Ctrl-C ends them all."""
+    if domain is not None:
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+    parts = tuple(part for part in Part if not only or part in only)
+    settings = Settings(
+        mode,
+        threshold,
+        seed,
+        real_time_factor,
+        model.resolve() if model else None,
+        tuple(p.resolve() for p in params or ()),
+    )
+    supervisor = Supervisor(children(parts, settings, network))
+    reach = 'the subnet' if network else 'this host only'
+    names = ', '.join(part.value for part in parts)
+    supervisor.say(
+        f'{names} on ROS domain {os.environ.get("ROS_DOMAIN_ID", 0)}, {reach}; Ctrl-C ends them.'
+    )
+    raise typer.Exit(supervisor.run())
+
+
+def main() -> None:
+    """Entry point of `start_cell`."""
+    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app.command()(start_cell)
+    app(prog_name='start_cell')
+
+
+if __name__ == '__main__':
+    main()

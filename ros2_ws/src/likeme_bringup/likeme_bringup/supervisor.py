@@ -1,0 +1,245 @@
+"""Several processes as one: when one ends all end, and none outlives the supervisor.
+
+Linux only: pidfd to notice an end, PR_SET_PDEATHSIG so that not even `kill -9` of the supervisor
+leaves an orphan.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import selectors
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import FrameType
+from typing import NamedTuple, TextIO
+
+PR_SET_PDEATHSIG = 1
+# Loaded before any fork: importing between fork and exec is not safe.
+_LIBC = ctypes.CDLL(None, use_errno=True)
+COLOURS = ('36', '33', '35', '32', '34', '31')
+
+
+class Child(NamedTuple):
+    """One process to run, and the name its lines carry."""
+
+    name: str
+    command: Sequence[str]
+    # Added to the supervisor's own environment.
+    environment: Mapping[str, str] = {}
+
+
+class Ended(NamedTuple):
+    """How a child ended: exit code as subprocess gives it, -N for signal N."""
+
+    name: str
+    code: int
+
+    @property
+    def sentence(self) -> str:
+        """The end in words."""
+        if self.code < 0:
+            return f'{self.name} was ended by {signal.Signals(-self.code).name}'
+        return f'{self.name} ended with exit code {self.code}'
+
+
+@dataclass
+class _Running:
+    """A started child, the descriptor that tells its end, and its unfinished last line."""
+
+    process: subprocess.Popen[bytes]
+    pidfd: int
+    prefix: str
+    rest: bytes = b''
+
+
+def die_with_parent(parent: int) -> Callable[[], None]:
+    """A `preexec_fn` that has the kernel kill the child when process `parent` dies.
+
+    SIGKILL, because then nobody is left who could insist. The death of the *thread* that forks
+    counts: start children from a thread that lives as long as they should.
+    """
+
+    def before_exec() -> None:
+        _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        # The parent may have died before the line above: nothing would tell us any more.
+        if os.getppid() != parent:
+            os._exit(1)
+
+    return before_exec
+
+
+class Supervisor:
+    """Starts children, forwards their lines with a prefix, ends them all.
+
+    `start`, then `watch` as often as wanted, then `stop`; or `run`, which does all three until a
+    child ends or SIGINT, SIGTERM or SIGHUP comes. Also a context manager (start ... stop).
+    """
+
+    def __init__(
+        self,
+        children: Sequence[Child],
+        out: TextIO | None = None,
+        colour: bool | None = None,
+        grace: float = 5.0,
+    ) -> None:
+        """`grace`: seconds a child has after SIGINT, and again after SIGTERM, before SIGKILL."""
+        self.children = tuple(children)
+        self.grace = grace
+        self._out = sys.stdout if out is None else out
+        self._colour = self._out.isatty() if colour is None else colour
+        self._running: dict[str, _Running] = {}
+        self._selector = selectors.DefaultSelector()
+        self._ended: list[Ended] = []
+
+    def __enter__(self) -> Supervisor:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Process ids of the children that run, by name."""
+        return {name: child.process.pid for name, child in self._running.items()}
+
+    def say(self, sentence: str) -> None:
+        """One line of the supervisor's own."""
+        self._write('cell', sentence, '1')
+
+    def start(self) -> None:
+        """Start every child; when one cannot be started, end the others and raise OSError."""
+        width = max(len(child.name) for child in self.children)
+        try:
+            for number, child in enumerate(self.children):
+                self._start(child, child.name.ljust(width), COLOURS[number % len(COLOURS)])
+        except OSError:
+            self.stop()
+            raise
+
+    def watch(self, timeout: float | None = None) -> Ended | None:
+        """Forward output until a child ended (return it) or `timeout` seconds passed (None)."""
+        deadline = None if timeout is None else time.monotonic() + timeout
+        while not self._ended and self._running:
+            left = None if deadline is None else deadline - time.monotonic()
+            if left is not None and left < 0:
+                return None
+            self._turn(left)
+        return self._ended.pop(0) if self._ended else None
+
+    def stop(self) -> list[Ended]:
+        """End all: SIGINT, after `grace` seconds SIGTERM, then SIGKILL; return the ends."""
+        ends: list[Ended] = []
+        for step in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+            if self._running and step != signal.SIGINT:
+                names = ' and '.join(self._running)
+                self.say(f'{names} did not end within {self.grace:g} s: sending {step.name}.')
+            for child in self._running.values():
+                child.process.send_signal(step)
+            deadline = time.monotonic() + self.grace
+            while self._running and time.monotonic() < deadline:
+                end = self.watch(deadline - time.monotonic())
+                ends += [end] if end else []
+        return ends
+
+    def run(self) -> int:
+        """Run until a child ends (1) or a signal comes (0; 1 if a child had to be killed)."""
+        asked: list[int] = []
+        wake_read, wake_write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+
+        def on_signal(number: int, _: FrameType | None) -> None:
+            asked.append(number)
+
+        watched = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        before = {number: signal.signal(number, on_signal) for number in watched}
+        # select() is restarted after a handler (PEP 475): a byte in this pipe ends its wait.
+        old_wake = signal.set_wakeup_fd(wake_write, warn_on_full_buffer=False)
+        self._selector.register(wake_read, selectors.EVENT_READ, None)
+        try:
+            self.start()
+            end: Ended | None = None
+            while end is None and not asked and self._running:
+                self._turn(None)
+                end = self._ended.pop(0) if self._ended else None
+            if end is not None:
+                self.say(f'{end.sentence}; ending the others.')
+            killed = [e for e in self.stop() if e.code == -signal.SIGKILL]
+            return 1 if end is not None or killed else 0
+        finally:
+            self.stop()
+            self._selector.unregister(wake_read)
+            signal.set_wakeup_fd(old_wake)
+            for number, handler in before.items():
+                signal.signal(number, handler)
+            os.close(wake_read)
+            os.close(wake_write)
+
+    def _start(self, child: Child, label: str, colour: str) -> None:
+        process = subprocess.Popen(
+            child.command,
+            env=os.environ | dict(child.environment),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            # A group of its own: the terminal's Ctrl-C reaches a child once, through `stop`.
+            process_group=0,
+            preexec_fn=die_with_parent(os.getpid()),
+        )
+        assert process.stdout is not None
+        os.set_blocking(process.stdout.fileno(), False)
+        pidfd = os.pidfd_open(process.pid)
+        prefix = f'\033[{colour}m{label}\033[0m' if self._colour else label
+        self._running[child.name] = _Running(process, pidfd, prefix)
+        self._selector.register(process.stdout, selectors.EVENT_READ, child.name)
+        self._selector.register(pidfd, selectors.EVENT_READ, child.name)
+
+    def _turn(self, timeout: float | None) -> None:
+        """Wait once, forward what came, take leave of the children that ended."""
+        for key, _ in self._selector.select(timeout):
+            if key.data is None:
+                os.read(key.fd, 512)
+            elif key.data in self._running:
+                child = self._running[key.data]
+                still_open = self._forward(child)
+                if key.fd == child.pidfd:
+                    self._bury(key.data, child)
+                elif not still_open:
+                    self._selector.unregister(key.fileobj)
+
+    def _forward(self, child: _Running) -> bool:
+        """Write the whole lines a child has sent; return whether its output is still open."""
+        assert child.process.stdout is not None
+        while chunk := child.process.stdout.read(65536):
+            *lines, child.rest = (child.rest + chunk).split(b'\n')
+            for line in lines:
+                self._line(child.prefix, line)
+        return chunk is None
+
+    def _bury(self, name: str, child: _Running) -> None:
+        assert child.process.stdout is not None
+        if child.rest:
+            self._line(child.prefix, child.rest)
+        for source in (child.process.stdout, child.pidfd):
+            if source in self._selector.get_map():
+                self._selector.unregister(source)
+        child.process.stdout.close()
+        os.close(child.pidfd)
+        del self._running[name]
+        self._ended.append(Ended(name, child.process.wait()))
+
+    def _write(self, label: str, sentence: str, colour: str) -> None:
+        prefix = f'\033[{colour}m{label}\033[0m' if self._colour else label
+        self._line(prefix, sentence.encode())
+
+    def _line(self, prefix: str, line: bytes) -> None:
+        try:
+            self._out.write(f'{prefix} | {line.decode(errors="replace")}\n')
+            self._out.flush()
+        except BrokenPipeError:
+            # The reader of our output went away (`start_cell.sh | head`): go on without it.
+            self._out = open(os.devnull, 'w', encoding='utf-8')  # noqa: SIM115

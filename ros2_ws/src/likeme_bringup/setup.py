@@ -1,0 +1,34 @@
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package = 'likeme_bringup'
+
+setup(
+    name=package,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={'': ['**/*.csv', '**/*.json', '**/*.obj', '**/*.png', '**/*.urdf', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+        (f'share/{package}/launch', sorted(glob('launch/*.launch.py'))),
+        (f'share/{package}/config', sorted(glob('config/*'))),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    maintainer='LikeMe maintainers',
+    maintainer_email='maintainers@likeme.invalid',
+    description='Launch files, configuration, supervisor, thin callers, demo.',
+    license='Apache-2.0',
+    extras_require={'test': ['pytest']},
+    entry_points={
+        'console_scripts': [
+            'arm = likeme_bringup.callers_node:arm',
+            'cell = likeme_bringup.callers_node:cell',
+            'demo = likeme_bringup.demo:run',
+            'show = likeme_bringup.callers_node:show',
+            'start_cell = likeme_bringup.start_cell:main',
+        ],
+    },
+)

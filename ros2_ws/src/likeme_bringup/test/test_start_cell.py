@@ -1,0 +1,141 @@
+"""What is started, with which ROS arguments; the launch file against stand-ins for `launch`."""
+
+from __future__ import annotations
+
+import runpy
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from likeme_bringup.start_cell import (
+    Mode,
+    Part,
+    Settings,
+    children,
+    command,
+    executable,
+)
+
+PACKAGE = Path(__file__).parents[1]
+SOURCES = PACKAGE.parent
+
+
+def test_all_three_parts_by_default() -> None:
+    assert [child.name for child in children()] == ['arm', 'perception', 'inference']
+
+
+def test_only_the_overridden_parameters_are_passed() -> None:
+    settings = Settings(mode=Mode.GOAL_BASED, threshold=0.25, seed=4, real_time_factor=0.0)
+    assert settings.overrides(Part.ARM) == {'seed': 4, 'real_time_factor': 0.0}
+    assert settings.overrides(Part.INFERENCE) == {'mode': 'goal_based', 'help_threshold': 0.25}
+    assert Settings().overrides(Part.INFERENCE) == {}
+
+
+def test_the_command_line_comes_after_the_parameter_file() -> None:
+    words = command(Part.ARM, Settings(seed=4, parameter_files=(Path('mine.yaml'),)))
+    assert words[1:4] == ['-m', 'likeme_arm_sim.arm_driver_node', '--ros-args']
+    assert words[4:] == ['--params-file', 'mine.yaml', '-p', 'seed:=4']
+
+
+def test_other_machines_are_left_out_unless_asked_for() -> None:
+    assert children()[0].environment == {}
+    assert children(network=True)[0].environment == {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+
+
+@pytest.mark.parametrize('part', Part)
+def test_every_part_is_a_module_and_an_entry_point(part: Part) -> None:
+    package, name = executable(part)
+    assert (SOURCES / package / package / f'{name}.py').is_file()
+    assert f"'{name} = {package}.{name}:main'" in (SOURCES / package / 'setup.py').read_text()
+
+
+@pytest.mark.parametrize(
+    'arguments', [['--only', 'legs'], ['--threshold', '1.5'], ['--mode', 'x'], ['--seed', '-1']]
+)
+def test_wrong_usage_is_refused_before_anything_starts(arguments: list[str]) -> None:
+    import typer
+
+    from likeme_bringup.start_cell import start_cell
+
+    app = typer.Typer()
+    app.command()(start_cell)
+    assert CliRunner().invoke(app, arguments).exit_code == 2
+
+
+class Stand:
+    """Stands for any launch entity: remembers what it was made with."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        self.args, self.kwargs = args, kwargs
+
+
+def stand_in(name: str, **members: type) -> types.ModuleType:
+    module = types.ModuleType(name)
+    vars(module).update(members)
+    return module
+
+
+@pytest.fixture
+def launch(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """The launch file's names; stand-ins for `launch` and `launch_ros`, not on PyPI."""
+
+    def kind(name: str) -> type:
+        return type(name, (Stand,), {})
+
+    class LaunchConfiguration(Stand):
+        def perform(self, context: dict[str, str]) -> str:
+            return context[self.args[0]]
+
+    actions = ('DeclareLaunchArgument', 'OpaqueFunction', 'SetEnvironmentVariable', 'Shutdown')
+    modules = [
+        stand_in('launch', LaunchContext=dict, LaunchDescription=kind('LaunchDescription')),
+        stand_in('launch.actions', **{name: kind(name) for name in actions}),
+        stand_in('launch.substitutions', LaunchConfiguration=LaunchConfiguration),
+        stand_in('launch_ros'),
+        stand_in('launch_ros.actions', Node=kind('Node')),
+    ]
+    for module in modules:
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    names = runpy.run_path(str(PACKAGE / 'launch' / 'cell.launch.py'))
+    monkeypatch.setitem(
+        names['start'].__globals__, 'get_package_share_directory', lambda _: str(PACKAGE)
+    )
+    return names
+
+
+def test_the_launch_file_starts_the_same_nodes(launch: dict[str, Any]) -> None:
+    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()}
+    nodes = [e for e in launch['start'](context) if type(e).__name__ == 'Node']
+    assert [(n.kwargs['package'], n.kwargs['executable']) for n in nodes] == [
+        executable(p) for p in Part
+    ]
+
+
+def test_the_launch_files_arguments_reach_the_nodes(launch: dict[str, Any]) -> None:
+    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()}
+    context |= {
+        'only': 'inference',
+        'mode': 'trajectory',
+        'params': 'mine.yaml',
+        'domain': '7',
+        'network': 'true',
+    }
+    *settings, node = launch['start'](context)
+    assert node.kwargs['parameters'] == ['mine.yaml', {'mode': 'trajectory'}]
+    environment = dict(s.args for s in settings)
+    assert environment['ROS_DOMAIN_ID'] == '7'
+    assert environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
+    assert Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).is_file()
+
+
+def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) -> None:
+    import inspect
+
+    from likeme_bringup.start_cell import start_cell
+
+    assert set(launch['ARGUMENTS']) == set(inspect.signature(start_cell).parameters)
+    assert len(launch['generate_launch_description']().args[0]) == len(launch['ARGUMENTS']) + 1

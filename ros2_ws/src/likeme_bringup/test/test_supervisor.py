@@ -1,0 +1,166 @@
+"""The supervisor with real child processes; every wait is on a pipe or a process, with a bound."""
+
+from __future__ import annotations
+
+import io
+import os
+import select
+import signal
+import subprocess
+import sys
+import textwrap
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from likeme_bringup.supervisor import Child, Ended, Supervisor
+
+BOUND = 20.0
+# Says its pid, then sleeps; SIGINT ends it with exit code 0.
+PATIENT = """
+import signal, sys, os
+signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
+print('up', os.getpid(), flush=True)
+while True: signal.pause()
+"""
+STUBBORN = """
+import signal, os
+signal.signal(signal.SIGINT, signal.SIG_IGN); signal.signal(signal.SIGTERM, signal.SIG_IGN)
+print('up', os.getpid(), flush=True)
+while True: signal.pause()
+"""
+
+
+def python(name: str, code: str) -> Child:
+    return Child(name, [sys.executable, '-S', '-c', textwrap.dedent(code)])
+
+
+def wait_for(supervisor: Supervisor, out: io.StringIO, words: str) -> None:
+    """Turn the supervisor until `words` have been said."""
+    for _ in range(200):
+        if words in out.getvalue():
+            return
+        assert supervisor.watch(BOUND / 200) is None
+    raise AssertionError(f'expected "{words}", got "{out.getvalue()}"')
+
+
+def gone(pid: int) -> bool:
+    """Whether a process has ended within the bound (its pidfd becomes readable)."""
+    try:
+        pidfd = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return True
+    try:
+        return bool(select.select([pidfd], [], [], BOUND)[0])
+    finally:
+        os.close(pidfd)
+
+
+def test_lines_carry_the_name_of_their_child() -> None:
+    out = io.StringIO()
+    supervisor = Supervisor([python('one', 'print("hello"); print("rest", end="")')], out=out)
+    supervisor.start()
+    assert supervisor.watch(BOUND) == Ended('one', 0)
+    assert out.getvalue() == 'one | hello\none | rest\n'
+
+
+def test_one_dies_and_the_others_end() -> None:
+    out = io.StringIO()
+    children = [python('stays', PATIENT), python('dies', 'import sys; sys.exit(3)')]
+    assert Supervisor(children, out=out, grace=BOUND).run() == 1
+    assert 'dies ended with exit code 3; ending the others.' in out.getvalue()
+
+
+def test_an_end_by_a_signal_is_named() -> None:
+    assert Ended('arm', -signal.SIGSEGV).sentence == 'arm was ended by SIGSEGV'
+
+
+def test_a_child_that_cannot_start_ends_the_others() -> None:
+    supervisor = Supervisor(
+        [python('stays', PATIENT), Child('absent', ['/no/such/program'])], out=io.StringIO()
+    )
+    with pytest.raises(FileNotFoundError):
+        supervisor.start()
+    assert supervisor.pids == {}
+
+
+def test_stop_asks_politely_first() -> None:
+    out = io.StringIO()
+    supervisor = Supervisor([python('one', PATIENT), python('two', PATIENT)], out=out, grace=BOUND)
+    with supervisor:
+        wait_for(supervisor, out, 'one | up')
+        wait_for(supervisor, out, 'two | up')
+        assert sorted(supervisor.stop()) == [Ended('one', 0), Ended('two', 0)]
+
+
+def test_a_child_that_ignores_all_is_killed() -> None:
+    out = io.StringIO()
+    supervisor = Supervisor([python('mule', STUBBORN)], out=out, grace=0.2)
+    with supervisor:
+        wait_for(supervisor, out, 'up')
+        assert supervisor.stop() == [Ended('mule', -signal.SIGKILL)]
+    assert 'mule did not end within 0.2 s: sending SIGTERM.' in out.getvalue()
+    assert 'sending SIGKILL.' in out.getvalue()
+
+
+def test_watch_returns_none_when_nothing_ended() -> None:
+    out = io.StringIO()
+    with Supervisor([python('one', PATIENT)], out=out, grace=BOUND) as supervisor:
+        wait_for(supervisor, out, 'up')
+        assert supervisor.watch(0.0) is None
+
+
+RUNNER = """
+import sys
+from likeme_bringup.supervisor import Child, Supervisor
+code = sys.argv[1]
+children = [Child(name, [sys.executable, '-S', '-c', code]) for name in ('one', 'two')]
+sys.exit(Supervisor(children, grace=20).run())
+"""
+
+
+@pytest.fixture
+def running() -> Iterator[tuple[subprocess.Popen[str], list[int]]]:
+    """A supervisor process with two children that have said their pids."""
+    import likeme_bringup
+
+    environment = os.environ | {'PYTHONPATH': str(Path(likeme_bringup.__file__).parents[1])}
+    process = subprocess.Popen(
+        [sys.executable, '-S', '-c', RUNNER, PATIENT],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+        start_new_session=True,
+    )
+    guard = threading.Timer(BOUND, process.kill)
+    guard.start()
+    assert process.stdout is not None
+    try:
+        pids = [int(process.stdout.readline().rsplit(' ', 1)[1]) for _ in range(2)]
+        yield process, pids
+    finally:
+        guard.cancel()
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_all_cleanly(
+    running: tuple[subprocess.Popen[str], list[int]], number: signal.Signals
+) -> None:
+    process, pids = running
+    # To the whole group, as a terminal's Ctrl-C does.
+    os.killpg(process.pid, number)
+    assert process.wait(BOUND) == 0
+    assert all(gone(pid) for pid in pids)
+
+
+def test_kill_9_of_the_supervisor_leaves_no_orphan(
+    running: tuple[subprocess.Popen[str], list[int]],
+) -> None:
+    process, pids = running
+    process.kill()
+    assert all(gone(pid) for pid in pids)

@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Usage: scripts/ask_human.sh [--by NAME] | list | answer ID done|try|skip [--by NAME]
+#
+# The operator's console: what the robot asks, and the answer. Without arguments it waits for
+# questions and asks at the keyboard.
+#
+#   list                     requests that are pending
+#   answer ID done           "I did it by hand": the robot looks and believes its camera
+#   answer ID try            "try your best action anyway"
+#   answer ID skip           "leave it"
+#   --by NAME                who answers (default: the user's name)
+#
+# Exit codes: 0 done, 1 the answer was refused, 2 usage, 3 no cell is running.
+
+set -euo pipefail
+here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
+case ${1:-} in
+  -h | --help)
+    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
+    exit 0
+    ;;
+esac
+exec "$here/run.sh" python -m likeme_inference.operator_node "$@"

@@ -1,0 +1,63 @@
+# Sourced by every script here, or by hand: `source scripts/env.sh`. Sets the one environment all of
+# LikeMe runs in: ROS 2 from the wheels in .venv or from /opt/ros/jazzy, then the built workspace.
+# Already chosen values of ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and the thread counts stay.
+
+LIKEME_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+LIKEME_VENV=$LIKEME_ROOT/.venv
+# Another prefix can be named; one that does not exist means: take the wheels.
+: "${LIKEME_ROS_PREFIX:=/opt/ros/jazzy}"
+export LIKEME_ROOT LIKEME_ROS_PREFIX
+
+# Prints the comment at the top of the calling script.
+likeme_help() {
+  sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$1"
+}
+
+# Prefixes of another workspace or ROS, and packages on PYTHONPATH, would shadow ours.
+unset _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH
+
+if [[ -f $LIKEME_ROS_PREFIX/setup.bash ]]; then
+  # ROS's own scripts read variables that are not set.
+  case $- in *u*) _likeme_u=1 ;; *) _likeme_u= ;; esac
+  set +u
+  source "$LIKEME_ROS_PREFIX/setup.bash"
+  [[ -z $_likeme_u ]] || set -u
+  unset _likeme_u
+  export RMW_IMPLEMENTATION=${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}
+else
+  # The virtual environment is the ament prefix of the wheels.
+  export AMENT_PREFIX_PATH=$LIKEME_VENV CMAKE_PREFIX_PATH=$LIKEME_VENV
+  export LD_LIBRARY_PATH=$LIKEME_VENV/lib
+  # Otherwise the wheels' bootstrapper finds these folders and starts every process a second time.
+  for _likeme_libs in "$LIKEME_VENV"/lib/python3.*/site-packages/ros_*.libs; do
+    if [[ -d $_likeme_libs ]]; then
+      LD_LIBRARY_PATH+=:$_likeme_libs
+      export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
+    fi
+  done
+  unset _likeme_libs
+  export ROS_VERSION=2 ROS_PYTHON_VERSION=3 ROS_DISTRO=jazzy
+  # The only one among the wheels.
+  export RMW_IMPLEMENTATION=rmw_fastrtps_cpp
+fi
+export VIRTUAL_ENV=$LIKEME_VENV
+case :$PATH: in *:"$LIKEME_VENV/bin":*) ;; *) export PATH=$LIKEME_VENV/bin:$PATH ;; esac
+
+if [[ -f $LIKEME_ROOT/ros2_ws/install/local_setup.bash && -z ${LIKEME_NO_WORKSPACE:-} ]]; then
+  case $- in *u*) _likeme_u=1 ;; *) _likeme_u= ;; esac
+  set +u
+  source "$LIKEME_ROOT/ros2_ws/install/local_setup.bash"
+  [[ -z $_likeme_u ]] || set -u
+  unset _likeme_u
+fi
+
+# This host only, until somebody says otherwise (start_cell.sh --network).
+export ROS_AUTOMATIC_DISCOVERY_RANGE=${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}
+export ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-0}
+# Room in shared memory for camera frames; the default segment loses many of them.
+export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$LIKEME_ROOT/ros2_ws/src/likeme_bringup/config/fastdds.xml}
+# Matrices here are small: more threads per process only make three nodes wait for each other's
+# cores (OpenBLAS threads spin while they wait).
+export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1} OMP_NUM_THREADS=${OMP_NUM_THREADS:-1}
+# Lines reach a pipe or a log when they are written.
+export PYTHONUNBUFFERED=1

@@ -1,0 +1,44 @@
+"""Make the CMake files of the ROS 2 wheels name this Python's headers instead of their builder's.
+
+Twenty-odd files under share/*/cmake carry the include folders of the machine the wheels were made
+on. Run with the Python of the virtual environment; running it again changes nothing.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import sysconfig
+from pathlib import Path
+
+BUILDER = r'/opt/python/cp3\d+-cp3\d+'
+NUMPY_HEADERS = re.compile(BUILDER + r'/lib/python3\.\d+/site-packages/numpy/_?core/include')
+PYTHON_HEADERS = re.compile(BUILDER + r'/include/python3\.\d+')
+
+
+def patched(text: str, python_headers: str, numpy_headers: str) -> str:
+    """The text with the builder's two include folders replaced."""
+    return PYTHON_HEADERS.sub(python_headers, NUMPY_HEADERS.sub(numpy_headers, text))
+
+
+def main(prefix: Path) -> int:
+    """Patch every CMake file under `prefix`/share; return how many changed."""
+    import numpy
+
+    changed = 0
+    for path in prefix.glob('share/**/*.cmake'):
+        before = path.read_text(encoding='utf-8')
+        after = patched(before, sysconfig.get_path('include'), numpy.get_include())
+        if after != before:
+            # A new file, not a write into the old one: that one may be a hard link into the
+            # installer's cache, which other environments share.
+            fresh = path.with_suffix('.fresh')
+            fresh.write_text(after, encoding='utf-8')
+            os.replace(fresh, path)
+            changed += 1
+    return changed
+
+
+if __name__ == '__main__':
+    print(f'{main(Path(sys.argv[1]))} CMake files patched')

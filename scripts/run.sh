@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# Usage: scripts/run.sh COMMAND [ARGUMENT...]
+#
+# Runs any command inside LikeMe's environment: the Python of .venv, ROS 2, the built workspace.
+#
+#   scripts/run.sh python              a Python that can import every part
+#   scripts/run.sh pytest tests        tests, with pytest's own arguments
+#   scripts/run.sh bash                a shell
+#
+# ROS_DOMAIN_ID and ROS_AUTOMATIC_DISCOVERY_RANGE are taken over when they are set.
+# The exit code is the command's; 127 when there is no such command.
+
+set -euo pipefail
+here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
+case ${1:-} in
+  '' | -h | --help)
+    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
+    exit 0
+    ;;
+esac
+"$here/setup.sh"
+source "$here/env.sh"
+command -v -- "$1" >/dev/null || { echo "run.sh: there is no command '$1' here." >&2; exit 127; }
+exec "$@"

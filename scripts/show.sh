@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# Usage: scripts/show.sh OBJECT FROM TO [--by place|push] [--force] [--network] [--domain N]
+#
+# Lets the simulated person show the robot an act: move OBJECT from one state to another.
+#
+#   OBJECT       pear, lemon or chicken
+#   FROM, TO     left, right or offtable; FROM must be where the camera sees it
+#   --by MANNER  place (lift it, the default) or push
+#   --force      go on even if the camera sees it elsewhere
+#   --network    look for the cell on other machines of the subnet too
+#   --domain N   ROS domain (default: ROS_DOMAIN_ID or 0)
+#
+# Example: scripts/show.sh pear left right --by push
+# Exit codes: 0 the motion was completed, 1 it was not, 2 usage, 3 no cell is running.
+
+set -euo pipefail
+here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
+case ${1:-} in
+  -h | --help)
+    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
+    exit 0
+    ;;
+esac
+exec "$here/run.sh" python -m likeme_bringup.callers_node show "$@"

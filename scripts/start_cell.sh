@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# Usage: scripts/start_cell.sh [OPTION...]
+#
+# Starts the cell in the foreground: arm driver (with the simulated cell), perception, inference.
+# Ctrl-C ends every process. When one dies, the others are ended and the exit code is 1.
+#
+#   --only PART               start this part alone: arm, perception or inference; may be repeated
+#   --network                 let nodes on other machines of the subnet take part (default: this host)
+#   --mode MODE               how the robot imitates: trajectory, goal_based or interactive
+#   --threshold P             ask for help below this predicted success, 0 to 1
+#   --seed N                  seed of the simulated cell
+#   --real-time-factor F      1: as in life; 0: as fast as it goes
+#   --params FILE             ROS parameter file; likeme_bringup/config/cell.yaml has all names
+#   --domain N                ROS domain (default: ROS_DOMAIN_ID or 0)
+
+set -euo pipefail
+here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
+case ${1:-} in
+  -h | --help)
+    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
+    exit 0
+    ;;
+esac
+exec "$here/run.sh" python -m likeme_bringup.start_cell "$@"

@@ -1,0 +1,161 @@
+"""arm, show and cell as a person runs them, against stand-in services on their own domain."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import pytest
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from std_srvs.srv import Trigger
+
+from likeme_msgs.msg import ObjectState, TableState
+from likeme_msgs.srv import ExecuteAction, ResetCell
+
+pytestmark = pytest.mark.graph
+BOUND = 40.0
+
+
+class StandIn(NamedTuple):
+    """A cell made of services that answer at once, and what they were asked."""
+
+    domain: int
+    node: Any
+    asked: list[Any]
+
+
+@pytest.fixture(scope='module')
+def domain() -> Iterator[int]:
+    with domain_id() as number:
+        yield number
+
+
+@pytest.fixture(scope='module')
+def cell(domain: int) -> Iterator[StandIn]:
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    node = rclpy.create_node('stand_in_cell', context=context)
+    asked: list[Any] = []
+
+    def act(request: Any, response: Any) -> Any:
+        asked.append(request)
+        response.success = request.object != 'lemon'
+        response.message = (
+            'The gripper closed on nothing.' if request.object == 'lemon' else 'Done.'
+        )
+        return response
+
+    def simple(request: Any, response: Any) -> Any:
+        asked.append(request)
+        response.success, response.message = True, 'Done.'
+        return response
+
+    node.create_service(ExecuteAction, 'arm/execute_action', act)
+    node.create_service(ExecuteAction, 'human/execute_action', act)
+    node.create_service(ResetCell, 'cell/reset', simple)
+    node.create_service(Trigger, 'cell/hold', simple)
+    table = node.create_publisher(TableState, 'table_state', 1)
+    state = TableState(objects=[ObjectState(name='pear', state=ObjectState.LEFT)])
+    node.create_timer(0.1, lambda: table.publish(state))
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+
+    def spin() -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            executor.spin()
+
+    thread = threading.Thread(target=spin)
+    thread.start()
+    yield StandIn(domain, node, asked)
+    executor.shutdown()
+    thread.join(BOUND)
+    node.destroy_node()
+    context.try_shutdown()
+
+
+def person_runs(domain: int, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, '-m', 'likeme_bringup.callers_node', *words],
+        capture_output=True,
+        text=True,
+        timeout=BOUND,
+        check=False,
+        env=os.environ | {'ROS_DOMAIN_ID': str(domain)},
+    )
+
+
+def test_the_arm_is_asked_by_object_and_number(cell: StandIn) -> None:
+    answer = person_runs(cell.domain, 'arm', 'push_left', 'pear')
+    assert (answer.returncode, answer.stdout) == (0, 'Done.\n'), answer.stderr
+    request = cell.asked.pop()
+    assert (request.object, request.action) == ('pear', ExecuteAction.Request.PUSH_LEFT)
+
+
+def test_a_motion_that_was_not_completed_is_exit_code_1(cell: StandIn) -> None:
+    answer = person_runs(cell.domain, 'arm', 'place_left', 'lemon')
+    assert (answer.returncode, answer.stderr) == (1, 'The gripper closed on nothing.\n')
+
+
+def test_a_demonstration_is_made_of_manner_and_target(cell: StandIn) -> None:
+    answer = person_runs(cell.domain, 'show', 'pear', 'left', 'right', '--by', 'push')
+    assert answer.returncode == 0, answer.stderr
+    assert cell.asked.pop().action == ExecuteAction.Request.PUSH_RIGHT
+
+
+def test_a_demonstration_from_elsewhere_is_not_begun(cell: StandIn) -> None:
+    before = len(cell.asked)
+    answer = person_runs(cell.domain, 'show', 'pear', 'right', 'left')
+    assert answer.returncode == 1
+    assert answer.stderr.startswith('The camera sees the pear left, not right')
+    assert len(cell.asked) == before
+
+
+def test_force_goes_on(cell: StandIn) -> None:
+    answer = person_runs(cell.domain, 'show', 'pear', 'right', 'left', '--force')
+    assert answer.returncode == 0, answer.stderr
+    assert cell.asked.pop().action == ExecuteAction.Request.PLACE_LEFT
+
+
+def test_an_object_the_camera_does_not_know(cell: StandIn) -> None:
+    answer = person_runs(cell.domain, 'show', 'apple', 'right', 'left')
+    assert (answer.returncode, answer.stderr) == (1, 'The camera knows pear, not apple.\n')
+
+
+def test_reset_takes_places(cell: StandIn) -> None:
+    answer = person_runs(
+        cell.domain, 'cell', 'reset', 'pear=left', 'lemon=offtable', '--seed', '3'
+    )
+    assert answer.returncode == 0, answer.stderr
+    request = cell.asked.pop()
+    assert (request.objects, list(request.states), request.seed) == (['pear', 'lemon'], [0, 2], 3)
+
+
+def test_hold(cell: StandIn) -> None:
+    assert person_runs(cell.domain, 'cell', 'hold').returncode == 0
+
+
+def test_a_service_that_is_not_there_is_exit_code_3(cell: StandIn) -> None:
+    answer = person_runs(cell.domain, 'cell', 'resume')
+    assert answer.returncode == 3
+    assert answer.stderr.startswith('Nobody serves cell/resume on ROS domain')
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ('arm', 'throw', 'pear'),
+        ('show', 'pear', 'left'),
+        ('cell', 'reset', 'pear=up'),
+        ('cell', 'dance'),
+        ('arm', 'push_left', 'pear', '--domain', '400'),
+    ],
+)
+def test_wrong_usage_is_exit_code_2(domain: int, words: tuple[str, ...]) -> None:
+    assert person_runs(domain, *words).returncode == 2

@@ -1,0 +1,62 @@
+"""The demo as a user runs it: real processes, real DDS, the camera as the only witness."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import pytest
+
+pytestmark = [pytest.mark.graph, pytest.mark.slow]
+
+
+def demo(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, '-m', 'likeme_bringup.demo', '--out', str(folder), *arguments]
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=180, stdin=subprocess.DEVNULL, check=False
+    )
+
+
+def in_order(text: str, *parts: str) -> None:
+    """Assert that the parts stand in the text in this order."""
+    rest = ' '.join(text.split())
+    for part in parts:
+        _, found, rest = rest.partition(part)
+        assert found, f'Expected {part!r} after what came before it, got:\n{text}'
+
+
+def test_the_papers_story_is_completed(tmp_path: Path) -> None:
+    told = demo(tmp_path, '--seed', '1')
+    assert told.returncode == 0, told.stdout + told.stderr + (tmp_path / 'cell.log').read_text()
+    in_order(
+        told.stdout,
+        '1. chicken, RIGHT to LEFT',
+        'the chicken went from RIGHT to LEFT',
+        'p(G) = LEFT 0.88, RIGHT 0.12, OFFTABLE 0.00',
+        'Best action PUSH_LEFT',
+        'predicted probability 0.90',
+        'chicken is LEFT now',
+        '2. pear, RIGHT to LEFT',
+        'predicted probability 0.40, below the threshold 0.50',
+        'The robot asks',
+        'DONE_BY_HAND',
+        'pear is LEFT now',
+        '2 of 2 acts',
+    )
+    picture = cv2.imread(str(tmp_path / 'story.png'))
+    assert picture is not None
+    assert picture.shape[1] > 1500
+
+
+def test_a_story_that_cannot_be_told_is_refused(tmp_path: Path) -> None:
+    told = demo(tmp_path, '--show', 'offtable', 'left')
+    assert told.returncode == 2
+    assert 'OFFTABLE to LEFT' in told.stderr
+
+
+def test_an_unknown_object_stops_the_story_with_a_sentence(tmp_path: Path) -> None:
+    told = demo(tmp_path, '--object', 'banana')
+    assert told.returncode == 1
+    in_order(told.stdout, 'The story stops here.', "'banana'")

@@ -1,0 +1,124 @@
+"""Perception before the simulated cell: what it says, held against what is truly there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from likeme_arm_sim import scene
+from likeme_arm_sim.cell import Actor, Cell
+from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.scene import Action, Scene
+from likeme_perception.config import PerceptionConfig
+from likeme_perception.identification import load_catalogue
+from likeme_perception.observation import Demonstration, Manner, TableObservation
+from likeme_perception.pipeline import TabletopPerception
+from likeme_perception.regions import State
+from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
+
+FRAME_RATE = 15.0
+
+
+class Watched:
+    """A cell under perception's eyes."""
+
+    def __init__(self, seed: int) -> None:
+        self.cell = Cell(Scene(), seed)
+        camera = self.cell.scene.camera
+        lens = camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height
+        self.perception = TabletopPerception(
+            PerceptionConfig(background_frames=10), Intrinsics(*lens), load_catalogue()
+        )
+        self.table: TableObservation | None = None
+        self.acts: list[Demonstration] = []
+        self.seen_while: set[str] = set()
+        self._due = 0.0
+
+    def tick(self) -> None:
+        """Look when a frame is due."""
+        if self.cell.time < self._due:
+            return
+        self._due = self.cell.time + 1 / FRAME_RATE
+        images = self.cell.frame()
+        stamp = round(self.cell.time * 1e9)
+        frame = RgbdFrame(stamp, 'camera', images.rgb, depth_in_metres(images.depth_mm))
+        self.table = self.perception.process(frame)
+        self.acts += self.table.demonstrations
+        if self.table.hand_in_view:
+            self.seen_while.add('hand')
+        if self.table.arm_in_view:
+            self.seen_while.add('arm')
+
+    def look(self, name: str) -> ObjectView | None:
+        """What the robot is told about an object."""
+        seen = None if self.table is None else self.table.object(name)
+        if seen is None or seen.shape is None or seen.state is State.UNKNOWN:
+            return None
+        x, y, _ = seen.centroid
+        return ObjectView(x, y, seen.shape.yaw, scene.State(int(seen.state)))
+
+    def do(self, actor: Actor, name: str, action: Action) -> None:
+        """Act, and let everything come to rest."""
+        self.seen_while.clear()
+        self.cell.run_action(actor, name, action, self.look, self.tick)
+        self.cell.step(2.0, self.tick)
+
+    def agrees(self) -> bool:
+        """Whether every state perceived is the true one."""
+        assert self.table is not None
+        truth = self.cell.true_states()
+        return all(int(o.state) == truth[o.name].state for o in self.table.objects)
+
+
+@pytest.fixture
+def watched() -> Watched:
+    made = Watched(seed=4)
+    made.cell.step(2.0, made.tick)
+    return made
+
+
+def test_the_settings_are_the_cells_numbers() -> None:
+    cell, config = Scene(), PerceptionConfig()
+    np.testing.assert_allclose(config.camera_pose(), cell.camera.pose(), atol=1e-5)
+    for mine, theirs in (
+        (config.table, cell.table.top),
+        (config.work_area, cell.table.work_area),
+    ):
+        assert mine is not None
+        for side in ('x_min', 'x_max', 'y_min', 'y_max'):
+            assert getattr(mine, side) == getattr(theirs, side)
+    assert config.blue_line_y == cell.table.blue_line_y
+    assert config.fallen_depth == cell.table.thickness
+    assert {o.name for o in load_catalogue().objects} == set(cell.objects)
+
+
+def test_states_and_places_at_rest_are_the_true_ones(watched: Watched) -> None:
+    assert watched.table is not None
+    assert watched.table.settled
+    assert watched.agrees()
+    truth = watched.cell.true_states()
+    for seen in watched.table.objects:
+        there = truth[seen.name]
+        assert np.hypot(seen.centroid[0] - there.x, seen.centroid[1] - there.y) < 0.008
+        assert seen.identity_probability > 0.95
+
+
+def test_a_persons_place_and_push_are_demonstrations(watched: Watched) -> None:
+    watched.do(Actor.HUMAN, 'chicken', Action.PLACE_LEFT)
+    watched.do(Actor.HUMAN, 'pear', Action.PUSH_LEFT)
+    assert watched.agrees()
+    assert watched.seen_while == {'hand'}
+    found = [(a.object, a.x_i, a.x_f, a.manner) for a in watched.acts]
+    assert found == [
+        ('chicken', State.RIGHT, State.LEFT, Manner.PLACE),
+        ('pear', State.RIGHT, State.LEFT, Manner.PUSH),
+    ]
+
+
+def test_the_robots_push_is_followed_and_is_no_demonstration(watched: Watched) -> None:
+    watched.do(Actor.ROBOT, 'chicken', Action.PUSH_LEFT)
+    assert watched.agrees()
+    assert watched.seen_while == {'arm'}
+    assert watched.acts == []
+    assert watched.table is not None
+    assert watched.table.settled

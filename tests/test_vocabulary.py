@@ -1,0 +1,148 @@
+"""The same words and numbers everywhere: messages, enums, packages, scripts."""
+
+from __future__ import annotations
+
+import importlib
+import re
+import subprocess
+import xml.etree.ElementTree as ElementTree
+from enum import IntEnum
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ROOT / 'ros2_ws' / 'src'
+INTERFACES = SOURCES / 'likeme_msgs'
+MANIFESTS = sorted(SOURCES.glob('*/package.xml'))
+SCRIPTS = sorted(path for path in (ROOT / 'scripts').glob('*.sh') if path.name != 'env.sh')
+# Sub-modules that hold an enum of states or actions, one line for each package's own.
+ENUMS = (
+    ('likeme_arm_sim.scene', 'State', 'msg/ObjectState.msg'),
+    ('likeme_arm_sim.scene', 'Action', 'srv/ExecuteAction.srv'),
+    ('likeme_perception.regions', 'State', 'msg/ObjectState.msg'),
+    ('likeme_inference.tabletop.domain', 'State', 'msg/ObjectState.msg'),
+    ('likeme_inference.tabletop.domain', 'Action', 'srv/ExecuteAction.srv'),
+)
+
+
+def constants(interface: str) -> dict[str, int]:
+    """The integer constants of a .msg or .srv file, read from its text."""
+    text = (INTERFACES / interface).read_text(encoding='utf-8')
+    return {
+        name: int(value) for name, value in re.findall(r'^u?int\d+ ([A-Z_]+)=(\d+)', text, re.M)
+    }
+
+
+@pytest.mark.parametrize(('module', 'name', 'interface'), ENUMS)
+def test_an_enum_has_the_numbers_of_the_interface(module: str, name: str, interface: str) -> None:
+    enum: type[IntEnum] = getattr(importlib.import_module(module), name)
+    published = constants(interface)
+    assert {m.name: m.value for m in enum} == {m.name: published.get(m.name) for m in enum}
+
+
+@pytest.mark.parametrize(('module', 'name', 'interface'), ENUMS)
+def test_an_enum_is_complete(module: str, name: str, interface: str) -> None:
+    enum = getattr(importlib.import_module(module), name)
+    words = {'State': r'LEFT|RIGHT|OFFTABLE', 'Action': r'(PLACE|PUSH)_(LEFT|RIGHT|OFFTABLE)'}[
+        name
+    ]
+    assert {word for word in constants(interface) if re.fullmatch(words, word)} <= set(
+        enum.__members__
+    )
+
+
+def test_the_built_messages_are_those_of_the_text() -> None:
+    from likeme_msgs.msg import ObjectState
+    from likeme_msgs.srv import ExecuteAction
+
+    for interface, built in (
+        ('msg/ObjectState.msg', ObjectState),
+        ('srv/ExecuteAction.srv', ExecuteAction),
+    ):
+        sides = (built,) if interface.startswith('msg') else (built.Request, built.Response)
+        for word, value in constants(interface).items():
+            assert {getattr(side, word) for side in sides if hasattr(side, word)} == {value}
+
+
+def test_the_callers_know_every_state_and_action() -> None:
+    from likeme_bringup.callers_node import Action, State
+
+    assert {s.name: s.number for s in State} == {
+        name: value
+        for name, value in constants('msg/ObjectState.msg').items()
+        if name != 'UNKNOWN'
+    }
+    actions = {
+        n: v for n, v in constants('srv/ExecuteAction.srv').items() if re.match('PLACE_|PUSH_', n)
+    }
+    assert {a.name: a.number for a in Action} == actions
+
+
+def test_all_packages_have_one_version() -> None:
+    versions = {
+        path.parent.name: ElementTree.parse(path).findtext('version') for path in MANIFESTS
+    }
+    for path in SOURCES.glob('*/setup.py'):
+        found = re.search(r"version='([^']+)'", path.read_text(encoding='utf-8'))
+        versions[str(path)] = found and found.group(1)
+    found = re.search(
+        r'^version: (\S+)', (ROOT / 'CITATION.cff').read_text(encoding='utf-8'), re.M
+    )
+    versions['CITATION.cff'] = found and found.group(1)
+    assert len(versions) == 2 * len(MANIFESTS)
+    assert len(set(versions.values())) == 1, versions
+
+
+def test_every_manifest_is_format_3_under_one_licence() -> None:
+    for path in MANIFESTS:
+        manifest = ElementTree.parse(path).getroot()
+        assert manifest.get('format') == '3'
+        assert manifest.findtext('license') == 'Apache-2.0'
+        assert manifest.findtext('name') == path.parent.name
+
+
+@pytest.mark.parametrize('script', SCRIPTS, ids=lambda path: path.name)
+def test_every_script_has_help(script: Path) -> None:
+    answer = subprocess.run(
+        [script, '--help'], capture_output=True, text=True, timeout=20, check=False
+    )
+    assert answer.returncode == 0, answer.stderr
+    assert answer.stdout.startswith(f'Usage: scripts/{script.name}')
+    assert answer.stderr == ''
+
+
+@pytest.mark.parametrize(
+    ('script', 'module', 'words'),
+    [
+        ('start_cell.sh', 'likeme_bringup.start_cell', ()),
+        ('arm.sh', 'likeme_bringup.callers_node', ('arm',)),
+        ('show.sh', 'likeme_bringup.callers_node', ('show',)),
+        ('cell.sh', 'likeme_bringup.callers_node', ('cell', 'reset')),
+        ('demo.sh', 'likeme_bringup.demo', ()),
+        ('ask_human.sh', 'likeme_inference.operator_node', ('answer',)),
+    ],
+)
+def test_a_scripts_help_names_every_option(
+    script: str, module: str, words: tuple[str, ...]
+) -> None:
+    import sys
+
+    told = subprocess.run(
+        [ROOT / 'scripts' / script, '--help'],
+        capture_output=True,
+        text=True,
+        timeout=20,
+        check=True,
+    ).stdout
+    command = [sys.executable, '-m', module, *words, '--help']
+    real = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    options = set(re.findall(r'(?<![\w-])--[a-z][a-z-]+', real)) - {'--help'}
+    assert options, real
+    assert not {option for option in options if option not in told}
+
+
+@pytest.mark.parametrize('script', SCRIPTS, ids=lambda path: path.name)
+def test_every_script_stops_at_the_first_failure(script: Path) -> None:
+    assert '\nset -euo pipefail\n' in script.read_text(encoding='utf-8')
+    assert script.stat().st_mode & 0o111
