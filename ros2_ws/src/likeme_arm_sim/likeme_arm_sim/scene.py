@@ -2,7 +2,8 @@
 
 base_link: x forward (towards the person), y left, z up; z = 0 is the table top and the robot's
 mounting plane. The layout follows Fig 2a of Chung et al. 2015: robot on one side of the work area,
-person on the other, a blue line between LEFT and RIGHT, a Kinect on the robot's frame looking down.
+person on the other, a blue line between LEFT and RIGHT, a Kinect on the robot's frame looking
+down.
 """
 
 from __future__ import annotations
@@ -99,7 +100,7 @@ class CameraMount:
     rate: float = 30.0
 
     def pose(self) -> NDArray[np.float64]:
-        """4x4 transform from the optical frame to base_link; the image's up points away from the robot."""
+        """4x4 transform from the optical frame to base_link; up in the image is away from the robot."""
         eye = np.asarray(self.position)
         forward = np.asarray(self.target) - eye
         forward /= np.linalg.norm(forward)
@@ -108,7 +109,12 @@ class CameraMount:
         right -= right.dot(forward) * forward
         right /= np.linalg.norm(right)
         pose = np.eye(4)
-        pose[:3, 0], pose[:3, 1], pose[:3, 2], pose[:3, 3] = right, np.cross(forward, right), forward, eye
+        pose[:3, 0], pose[:3, 1], pose[:3, 2], pose[:3, 3] = (
+            right,
+            np.cross(forward, right),
+            forward,
+            eye,
+        )
         return pose
 
 

@@ -22,6 +22,7 @@ from rich.prompt import Prompt
 from likeme_bringup import story
 from likeme_bringup.demo_node import DONE_BY_HAND, SKIP, TRY_ANYWAY, Operator, play_story
 from likeme_bringup.storyboard import draw_storyboard
+from likeme_bringup.supervisor import die_with_parent
 from likeme_inference.tabletop.domain import State
 
 console = Console(highlight=False, soft_wrap=False)
@@ -109,7 +110,12 @@ def _cell(domain: int, seed: int, model: Path | None, log: Path) -> Iterator[Cal
     if model is not None:
         command += ['--model', str(model.resolve())]
     with log.open('w') as sink:
-        cell = subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT)
+        cell = subprocess.Popen(
+            command,
+            stdout=sink,
+            stderr=subprocess.STDOUT,
+            preexec_fn=die_with_parent(os.getpid()),
+        )
 
     def alive() -> None:
         if cell.poll() is not None:

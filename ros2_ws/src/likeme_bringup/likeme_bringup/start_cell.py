@@ -43,6 +43,7 @@ class Settings(NamedTuple):
     threshold: float | None = None
     seed: int | None = None
     real_time_factor: float | None = None
+    model: Path | None = None
     parameter_files: tuple[Path, ...] = ()
 
     def overrides(self, part: Part) -> dict[str, object]:

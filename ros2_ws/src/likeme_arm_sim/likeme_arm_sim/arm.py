@@ -1,0 +1,257 @@
+"""The robot's arm: joint waypoints streamed at every physics step, and a gripper that may miss."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pybullet
+
+from likeme_arm_sim.kinematics import (
+    ARM_JOINTS,
+    FINGER_JOINTS,
+    GRASP_LINK,
+    HOME,
+    Kinematics,
+    NoSolutionError,
+    ToolPose,
+    Vector,
+    load_panda,
+)
+from likeme_arm_sim.world import TIME_STEP, Pose
+
+BASE_LINK = 'panda_link0'
+
+OPEN_WIDTH = 0.08
+# Narrower than any toy: closing to less means that nothing is between the fingers, m.
+EMPTY_WIDTH = 0.012
+# The joints' brakes are that much stronger than their motors.
+BRAKE = 20.0
+FINGER_FORCE = 15.0
+FINGER_FRICTION = 0.9
+WAYPOINT_SPACING = 0.01
+LINE_ACCELERATION = 1.2
+JOINT_ACCELERATION = 6.0
+
+
+class Path(NamedTuple):
+    """Joint waypoints with the distance travelled at each; `complete` when they reach the goal."""
+
+    distance: Vector
+    joints: Vector
+    complete: NoSolutionError | None = None
+
+
+def travel(length: float, speed: float, acceleration: float) -> Vector:
+    """Distance after each control step of a motion that starts and ends at rest, m (or rad).
+
+    The speed rises, stays and falls (trapezoid) and its corners are rounded over 0.1 s, so that
+    nothing jerks.
+    """
+    if length < 1e-9:
+        return np.zeros(1)
+    speed = min(speed, np.sqrt(length * acceleration))
+    ramp, duration = speed / acceleration, length / speed + speed / acceleration
+    time = np.arange(0.0, duration + TIME_STEP, TIME_STEP)
+    velocity = np.clip(np.minimum(time, duration - time) / max(ramp, TIME_STEP), 0.0, 1.0)
+    smooth = np.convolve(velocity, np.hanning(26)[1:-1])
+    distance = np.cumsum(smooth)
+    return np.asarray(distance * (length / distance[-1]))
+
+
+class Arm:
+    """A Panda in the world's client. Every motion calls `tick` once per physics step."""
+
+    def __init__(
+        self, client: Any, kinematics: Kinematics, tick: Callable[[], None], speed: float = 1.0
+    ) -> None:
+        self._client, self._kinematics, self._tick = client, kinematics, tick
+        self.speed = speed
+        self.body = load_panda(client)
+        self._links = {
+            client.getJointInfo(self.body, joint)[12].decode(): joint
+            for joint in range(client.getNumJoints(self.body))
+        }
+        self._prepare_gripper()
+        self.reset()
+
+    def reset(self) -> None:
+        """Put the arm at home with an open gripper: only for setting the table up."""
+        for joint, angle in zip(ARM_JOINTS, HOME, strict=True):
+            self._client.resetJointState(self.body, joint, float(angle))
+        for joint in FINGER_JOINTS:
+            self._client.resetJointState(self.body, joint, OPEN_WIDTH / 2)
+        self._command(HOME, np.zeros(7))
+        self._command_fingers(OPEN_WIDTH)
+
+    @property
+    def joints(self) -> Vector:
+        """The seven measured joint angles, rad."""
+        states = self._client.getJointStates(self.body, ARM_JOINTS)
+        return np.array([state[0] for state in states])
+
+    @property
+    def joint_velocities(self) -> Vector:
+        """The seven measured joint velocities, rad/s."""
+        states = self._client.getJointStates(self.body, ARM_JOINTS)
+        return np.array([state[1] for state in states])
+
+    @property
+    def fingers(self) -> tuple[float, float]:
+        """How far each finger is from the middle, m."""
+        left, right = self._client.getJointStates(self.body, FINGER_JOINTS)
+        return float(left[0]), float(right[0])
+
+    @property
+    def at_home(self) -> bool:
+        """Whether the arm is at home, out of the camera's view of the table."""
+        return bool(np.abs(self.joints - HOME).max() < 0.02)
+
+    def link_poses(self) -> dict[str, Pose]:
+        """Where each link's URDF frame is, by link name."""
+        indices = list(self._links.values())
+        states = self._client.getLinkStates(self.body, indices, computeForwardKinematics=True)
+        poses = {BASE_LINK: Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
+        for name, state in zip(self._links, states, strict=True):
+            poses[name] = Pose(np.array(state[4]), np.array(state[5]))
+        return poses
+
+    @property
+    def tool(self) -> ToolPose:
+        """Where the grasp point is now."""
+        return self._kinematics.tool_pose(self.joints)
+
+    def halt(self) -> None:
+        """Stop within this control step: hold the present joint angles at zero velocity."""
+        self._command(self.joints, np.zeros(7), BRAKE)
+
+    def move_home(self) -> None:
+        """Swing back to where the arm is out of the camera's way."""
+        self._swing(HOME)
+
+    def reach(self, pose: ToolPose) -> None:
+        """Swing to a pose by the joints' shortest way; raises NoSolutionError before moving."""
+        self._swing(self._kinematics.nearest(pose, self._kinematics.guess(pose)))
+
+    def move_to(
+        self, pose: ToolPose, speed: float, until: Callable[[], bool] | None = None
+    ) -> bool:
+        """Move in a straight line at `speed` m/s; stop early once `until` holds, and return True.
+
+        Raises:
+            NoSolutionError: the line leaves the arm's reach; the arm has gone as far as it can.
+        """
+        path = self._line(pose)
+        steepest = self._steepest(path)
+        limited = min(speed * self.speed, float(steepest))
+        stopped = self._follow(path, travel(path.distance[-1], limited, LINE_ACCELERATION), until)
+        if path.complete is not None and not stopped:
+            raise path.complete
+        return stopped
+
+    def open_gripper(self, width: float = OPEN_WIDTH) -> None:
+        """Open the fingers to `width` m."""
+        self._command_fingers(width)
+        self.wait(0.25)
+
+    def close_gripper(self) -> float:
+        """Close until the fingers stand still; the width that is left between them, m."""
+        self._command_fingers(0.0)
+        self.wait(0.5)
+        return sum(self.fingers)
+
+    def holding(self) -> bool:
+        """Whether something keeps the closed fingers apart: all that a gripper can know."""
+        return self._finger_goal == 0.0 and sum(self.fingers) > EMPTY_WIDTH
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass."""
+        for _ in range(round(seconds / TIME_STEP)):
+            self._tick()
+
+    def _swing(self, goal: Vector) -> None:
+        start = self.joints
+        change = goal - start
+        limits = 0.85 * self._kinematics.max_velocity * self.speed
+        # The joint that needs longest sets the pace; the distance is in units of its travel.
+        slowest = int(np.argmax(np.abs(change) / limits))
+        length = abs(float(change[slowest]))
+        path = Path(np.array([0.0, max(length, 1e-6)]), np.array([start, goal]))
+        steps = travel(length, float(limits[slowest]), JOINT_ACCELERATION * self.speed)
+        self._follow(path, steps, None)
+
+    def _line(self, goal: ToolPose) -> Path:
+        start, joints = self.tool, self.joints
+        turn = (goal.yaw - start.yaw + np.pi) % (2 * np.pi) - np.pi
+        length = float(np.linalg.norm(goal.position - start.position))
+        count = max(2, int(np.ceil(max(length / WAYPOINT_SPACING, abs(turn) / 0.1))))
+        ways, found, failure = [joints], [0.0], None
+        for fraction in np.linspace(0.0, 1.0, count + 1)[1:]:
+            position = start.position + fraction * (goal.position - start.position)
+            try:
+                x, y, z = map(float, position)
+                pose = ToolPose(x, y, z, start.yaw + fraction * turn)
+                ways.append(self._kinematics.inverse(pose, ways[-1]))
+            except NoSolutionError as error:
+                failure = error
+                break
+            found.append(fraction * max(length, 0.05))
+        if len(ways) == 1:
+            raise failure or NoSolutionError('Expected a line of some length, got none.')
+        return Path(np.array(found), np.array(ways), failure)
+
+    def _steepest(self, path: Path) -> float:
+        """The greatest speed along the path that keeps every joint within its limit, m/s."""
+        rates = np.abs(np.diff(path.joints, axis=0)) / np.diff(path.distance)[:, None]
+        return float(np.min(0.9 * self._kinematics.max_velocity / np.maximum(rates.max(0), 1e-6)))
+
+    def _follow(self, path: Path, steps: Vector, until: Callable[[], bool] | None) -> bool:
+        targets = np.stack(
+            [np.interp(steps, path.distance, path.joints[:, j]) for j in range(7)], axis=1
+        )
+        velocities = np.gradient(targets, TIME_STEP, axis=0) if len(targets) > 1 else targets * 0
+        for index, (target, velocity) in enumerate(zip(targets, velocities, strict=True)):
+            self._command(target, velocity)
+            self._tick()
+            if until is not None and index % 8 == 0 and until():
+                self._command(self.joints, np.zeros(7))
+                return True
+        self._command(targets[-1], np.zeros(7))
+        return False
+
+    def _command(self, target: Vector, velocity: Vector, strength: float = 1.0) -> None:
+        self._client.setJointMotorControlArray(
+            self.body,
+            ARM_JOINTS,
+            pybullet.POSITION_CONTROL,
+            targetPositions=target.tolist(),
+            targetVelocities=velocity.tolist(),
+            forces=(strength * self._kinematics.max_force).tolist(),
+            positionGains=[0.3] * 7,
+        )
+
+    def _command_fingers(self, width: float) -> None:
+        self._finger_goal = width
+        for joint in FINGER_JOINTS:
+            self._client.setJointMotorControl2(
+                self.body,
+                joint,
+                pybullet.POSITION_CONTROL,
+                targetPosition=width / 2,
+                force=FINGER_FORCE,
+                maxVelocity=0.1,
+            )
+
+    def _prepare_gripper(self) -> None:
+        left, right = FINGER_JOINTS
+        for joint in FINGER_JOINTS:
+            self._client.changeDynamics(
+                self.body, joint, lateralFriction=FINGER_FRICTION, spinningFriction=0.002
+            )
+        # The real hand drives both fingers with one motor; the URDF's mimic tag is not read.
+        gear = self._client.createConstraint(
+            self.body, left, self.body, right, pybullet.JOINT_GEAR, (1, 0, 0), (0, 0, 0), (0, 0, 0)
+        )
+        self._client.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50)
+        assert self._client.getJointInfo(self.body, GRASP_LINK)[12] == b'panda_grasptarget'

@@ -1,0 +1,59 @@
+"""The Kinect over the table: gathers what moves, draws it, and adds the sensor's flaws."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from likeme_arm_sim.arm import Arm
+from likeme_arm_sim.backdrop import cell_background
+from likeme_arm_sim.human_hand import HumanHand
+from likeme_arm_sim.kinect import Kinect, RgbdImages
+from likeme_arm_sim.kinect_noise import KinectNoise
+from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.renderer import MeshRenderer, RenderBody
+from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.world import World
+
+
+class CellCamera:
+    """What the camera over one cell sees."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        world: World,
+        arm: Arm,
+        hand: HumanHand,
+        noise: KinectNoise | None,
+        seed: int,
+    ) -> None:
+        self._world, self._arm, self._hand = world, arm, hand
+        self._toys = {name: TOYS[name].parts for name in scene.objects}
+        self._links = panda_links()
+        self._renderer = MeshRenderer(scene.camera, cell_background(scene))
+        self._kinect = Kinect(scene.camera, noise, seed)
+
+    def frame(self) -> RgbdImages:
+        """Colour and depth of this moment."""
+        return self._kinect.sense(self._renderer.render(self.bodies()))
+
+    def bodies(self) -> list[RenderBody]:
+        """Every body that may move, where it is now."""
+        return self._toy_bodies() + self._arm_bodies() + self._hand_bodies()
+
+    def _toy_bodies(self) -> list[RenderBody]:
+        poses = {name: self._world.toy_pose(name).matrix() for name in self._toys}
+        named = ((name, part) for name, parts in self._toys.items() for part in parts)
+        return [RenderBody(part, poses[name]) for name, part in named]
+
+    def _arm_bodies(self) -> list[RenderBody]:
+        poses = self._arm.link_poses()
+        return [RenderBody(mesh, poses[link].matrix()) for link, mesh in self._links.items()]
+
+    def _hand_bodies(self) -> list[RenderBody]:
+        if self._hand.away:
+            return []
+        pose = np.eye(4)
+        pose[:3, 3] = self._hand.position
+        return [RenderBody(mesh, pose) for mesh in self._hand.parts]

@@ -1,0 +1,278 @@
+"""The simulated cell as one object: physics, arm, person, toys and camera behind a few calls."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import NamedTuple
+
+import numpy as np
+
+from likeme_arm_sim.arm import Arm
+from likeme_arm_sim.camera import CellCamera
+from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
+from likeme_arm_sim.human_hand import HumanHand
+from likeme_arm_sim.kinect import RgbdImages
+from likeme_arm_sim.kinect_noise import KinectNoise
+from likeme_arm_sim.kinematics import Kinematics
+from likeme_arm_sim.layout import Placement, draw_layout
+from likeme_arm_sim.primitives import (
+    Ending,
+    ObjectView,
+    Outcome,
+    PrimitiveSettings,
+    act,
+    refusal,
+    retreat,
+)
+from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.world import TIME_STEP, World
+
+Look = Callable[[str], ObjectView | None]
+OnTick = Callable[[], None]
+
+HELD = 'The cell is held: nothing moves until it is resumed.'
+SETTLING_TIME = 0.6
+
+
+class Actor(Enum):
+    """Who acts."""
+
+    ROBOT = 'robot'
+    HUMAN = 'human'
+
+
+class MotionResult(NamedTuple):
+    """How a motion ended, with its begin and end on the world's clock, s (None: nothing moved)."""
+
+    outcome: Outcome
+    message: str
+    started: float | None = None
+    finished: float | None = None
+
+
+class StoppedError(Exception):
+    """The motion in progress was stopped before this control step."""
+
+
+@dataclass(frozen=True)
+class CellSettings:
+    """What may differ between two cells of the same scene.
+
+    arm_speed, human_speed: factors on the usual speeds. noise: of the camera, None for the
+    published figures. initial_states: of toys not named, RIGHT.
+    """
+
+    arm_speed: float = 1.0
+    human_speed: float = 1.0
+    noise: KinectNoise | None = None
+    initial_states: Mapping[str, State] = field(
+        default_factory=lambda: {
+            'pear': State.RIGHT,
+            'lemon': State.LEFT,
+            'chicken': State.RIGHT,
+        }
+    )
+    primitives: PrimitiveSettings = field(default_factory=PrimitiveSettings)
+
+
+class Cell:
+    """One table, one robot, one person. Not thread-safe, but for `hold` and `resume`."""
+
+    def __init__(self, scene: Scene, seed: int, settings: CellSettings | None = None) -> None:
+        self.scene, self.settings = scene, settings or CellSettings()
+        self._rng = np.random.default_rng(seed)
+        self.world = World(scene, {name: TOYS[name] for name in scene.objects})
+        self.arm = Arm(self.world.client, Kinematics(), self._tick, self.settings.arm_speed)
+        self.hand = HumanHand(self.world, self._tick)
+        pace = DemonstratorSettings(speed=self.settings.human_speed)
+        self._demonstrator = Demonstrator(self.world, self.hand, scene, pace)
+        noise = self.settings.noise
+        self._camera = CellCamera(scene, self.world, self.arm, self.hand, noise, seed)
+        self._held = threading.Event()
+        self._on_tick: OnTick = _nothing
+        self._deadline = np.inf
+        self._first = draw_layout(scene, self._initial_states(), [], self._rng)
+        self._lay(self._first)
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since the cell began."""
+        return self.world.time
+
+    @property
+    def held(self) -> bool:
+        """Whether all motion is held."""
+        return self._held.is_set()
+
+    @property
+    def tidy(self) -> bool:
+        """Whether arm and hand are out of the camera's view of the table."""
+        return self.hand.away and self.arm.at_home
+
+    def hold(self) -> None:
+        """Stop all motion before the next control step; may be called from any thread."""
+        self._held.set()
+
+    def resume(self) -> None:
+        """Allow motion again; may be called from any thread."""
+        self._held.clear()
+
+    def step(self, seconds: float = TIME_STEP, on_tick: OnTick | None = None) -> None:
+        """Let time pass without a new motion; what rolls goes on rolling."""
+        for _ in range(max(1, round(seconds / TIME_STEP))):
+            self.world.step()
+            if on_tick is not None:
+                on_tick()
+
+    def run_action(
+        self,
+        actor: Actor,
+        name: str,
+        action: int,
+        look: Look,
+        on_tick: OnTick | None = None,
+        budget: float | None = None,
+    ) -> MotionResult:
+        """Do one of the six actions to an object; returns when the motion has ended.
+
+        Args:
+            actor: the robot, which sees by `look`, or the person, who has eyes.
+            name: an object of the scene.
+            action: an Action number.
+            look: what perception says about an object, asked again and again while pushing.
+            on_tick: called after every physics step of the motion.
+            budget: simulated seconds after which the motion is stopped as if held.
+        """
+        refused = self._refused(actor, name, action, look)
+        if refused is not None:
+            return MotionResult(*refused)
+        started = self.time
+        self._deadline = np.inf if budget is None else started + budget
+        try:
+            ending = self._moving(on_tick, lambda: self._act(actor, name, Action(action), look))
+        finally:
+            self._deadline = np.inf
+        moved = self.time > started
+        return MotionResult(*ending, *((started, self.time) if moved else (None, None)))
+
+    def tidy_up(self, on_tick: OnTick | None = None) -> Ending:
+        """After a held motion: hand and arm leave the camera's view."""
+
+        def leave() -> Ending:
+            self._clear_the_table(Actor.HUMAN)
+            self._clear_the_table(Actor.ROBOT)
+            return Ending(Outcome.COMPLETED, 'Hand and arm have left the table.')
+
+        return self._moving(on_tick, leave)
+
+    def reset(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
+        """Set toys in states anew, draw their places by `seed`; both empty: as the run began.
+
+        Raises:
+            ValueError: unknown objects or states, or not one state an object.
+        """
+        wanted = self._wanted(objects, states)
+        self.arm.reset()
+        self.hand.reset()
+        if not wanted:
+            self._lay(self._first)
+            return
+        rest = [name for name in self.scene.objects if name not in wanted]
+        occupied = [self.world.toy_pose(name).position[:2] for name in rest]
+        self._lay(draw_layout(self.scene, wanted, occupied, np.random.default_rng(seed)))
+
+    def frame(self) -> RgbdImages:
+        """What the Kinect delivers now."""
+        return self._camera.frame()
+
+    def true_states(self) -> dict[str, ObjectView]:
+        """Where everything truly is: for tests and benchmarks only, never for a decision."""
+        return {name: self._true_view(name) for name in self.scene.objects}
+
+    def _true_view(self, name: str) -> ObjectView:
+        pose = self.world.toy_pose(name)
+        x, y, z = map(float, pose.position)
+        axis = pose.matrix()[:2, 0]
+        yaw = float(np.arctan2(axis[1], axis[0]))
+        return ObjectView(x, y, yaw, self.scene.table.state_of(x, y, z))
+
+    def _tick(self) -> None:
+        if self._held.is_set() or self.time >= self._deadline:
+            raise StoppedError
+        self.world.step()
+        self._on_tick()
+
+    def _moving(self, on_tick: OnTick | None, motion: Callable[[], Ending]) -> Ending:
+        self._on_tick = on_tick or _nothing
+        try:
+            return motion()
+        except StoppedError:
+            self._halt()
+            return Ending(Outcome.HELD, self._stopped_because())
+        finally:
+            self._on_tick = _nothing
+
+    def _stopped_because(self) -> str:
+        if self.held:
+            return 'The motion was held before it was complete.'
+        return 'The motion was stopped: its time budget was used up before it was complete.'
+
+    def _halt(self) -> None:
+        self.arm.halt()
+        self.hand.halt()
+
+    def _refused(self, actor: Actor, name: str, action: int, look: Look) -> Ending | None:
+        known = ', '.join(self.scene.objects)
+        if name not in self.scene.objects:
+            return Ending(Outcome.UNKNOWN_OBJECT, f"Expected one of {known}, got '{name}'.")
+        if action not in list(Action):
+            return Ending(Outcome.UNKNOWN_ACTION, f'Expected an action from 0 to 5, got {action}.')
+        if self.held:
+            return Ending(Outcome.HELD, HELD)
+        return refusal(self.scene, name, look(name)) if actor is Actor.ROBOT else None
+
+    def _act(self, actor: Actor, name: str, action: Action, look: Look) -> Ending:
+        self._clear_the_table(Actor.ROBOT)
+        self._clear_the_table(Actor.HUMAN)
+        if actor is Actor.HUMAN:
+            return self._demonstrator.perform(name, action, self._rng)
+        return act(self.arm, look, self.scene, name, action, self.settings.primitives)
+
+    def _clear_the_table(self, actor: Actor) -> None:
+        if actor is Actor.HUMAN and not self.hand.away:
+            self._demonstrator.withdraw()
+        if actor is Actor.ROBOT and not self.arm.at_home:
+            retreat(self.arm, self.scene, self.settings.primitives)
+
+    def _initial_states(self) -> dict[str, State]:
+        given = self.settings.initial_states
+        for name in given:
+            if name not in self.scene.objects:
+                raise ValueError(f"Expected one of {', '.join(self.scene.objects)}, got '{name}'.")
+        return {name: given.get(name, State.RIGHT) for name in self.scene.objects}
+
+    def _wanted(self, objects: Sequence[str], states: Sequence[int]) -> dict[str, State]:
+        if len(objects) != len(states):
+            raise ValueError(f'Expected {len(objects)} states, one an object, got {len(states)}.')
+        for name in objects:
+            if name not in self.scene.objects:
+                raise ValueError(f"Expected one of {', '.join(self.scene.objects)}, got '{name}'.")
+        for state in states:
+            if state not in list(State):
+                raise ValueError(f'Expected a state from 0 to 2, got {state}.')
+        if len(set(objects)) != len(objects):
+            raise ValueError(f'Expected each object once, got {len(objects)} names, some twice.')
+        return {name: State(state) for name, state in zip(objects, states, strict=True)}
+
+    def _lay(self, layout: Mapping[str, Placement]) -> None:
+        for name, place in layout.items():
+            self.world.put_toy(name, place.x, place.y, place.ground, place.yaw)
+        self.step(SETTLING_TIME)
+
+
+def _nothing() -> None:
+    """Called when nobody listens to the ticks."""

@@ -1,0 +1,152 @@
+"""The person across the table: reaches in, places or pushes a toy, and leaves again.
+
+People have eyes: the hand goes where the toy truly is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from likeme_arm_sim.hand import PALM_HEIGHT, Posture, Side
+from likeme_arm_sim.human_hand import AWAY, OPEN, HumanHand
+from likeme_arm_sim.kinematics import wrap_half_turn
+from likeme_arm_sim.primitives import Ending, Outcome
+from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm_sim.world import TIME_STEP, Vector, World
+
+
+@dataclass(frozen=True)
+class DemonstratorSettings:
+    """How a person reaches: heights above the table and gaps m, speeds m/s, braking m/s^2."""
+
+    speed: float = 1.0
+    clear_height: float = 0.20
+    carry_height: float = 0.13
+    gap: float = 0.065
+    reach_speed: float = 1.3
+    act_speed: float = 0.42
+    push_speed: float = 0.25
+    push_deceleration: float = 0.10
+    beyond_edge: float = 0.09
+    palm: float = 0.025
+    lead: float = 0.03
+    room: float = 0.13
+
+
+class Demonstrator:
+    """A person who can do each of the six actions with any toy."""
+
+    def __init__(
+        self, world: World, hand: HumanHand, scene: Scene, settings: DemonstratorSettings
+    ) -> None:
+        self._world, self.hand, self._scene, self._s = world, hand, scene, settings
+
+    def perform(self, name: str, action: Action, rng: np.random.Generator) -> Ending:
+        """Reach in, act, leave. Pace and places vary a little by `rng`."""
+        if not self.hand.away:
+            self.withdraw()
+        toy = self._world.toy_pose(name).position
+        if action.is_push and toy[2] < -self._scene.table.thickness:
+            reason = f'The {name} lies on the floor and cannot be pushed.'
+            return Ending(Outcome.OBJECT_OFFTABLE, reason)
+        pace = self._s.speed * float(rng.uniform(0.9, 1.1))
+        spot = self._spot(name, action, rng)
+        act = self._push if action.is_push else self._place
+        act(name, spot, pace)
+        self._leave(pace)
+        verb = 'pushed' if action.is_push else 'placed'
+        return Ending(Outcome.COMPLETED, f'The person {verb} the {name} to {action.target.name}.')
+
+    def withdraw(self) -> None:
+        """Let go, lift the hand and take it out of the camera's sight."""
+        self.hand.release()
+        self._leave(self._s.speed)
+
+    def _leave(self, pace: float) -> None:
+        up = self.hand.goal.copy()
+        up[2] = max(up[2], self._s.clear_height)
+        self.hand.move_to(up, self._s.act_speed * pace)
+        self.hand.move_to(AWAY, self._s.reach_speed * pace)
+
+    def _place(self, name: str, spot: Vector, pace: float) -> None:
+        s, hand, toy = self._s, self.hand, self._world.toy_pose(name)
+        axis = toy.matrix()[:2, 0]
+        # The fingers close across the long axis; of its two directions the wrist takes the nearer.
+        yaw = wrap_half_turn(float(np.arctan2(axis[1], axis[0])))
+        hand.take(Side.LEFT, Posture.GRASP, yaw=yaw)
+        down = self._ways_down(toy.position)
+        hand.move_to(down[0], s.reach_speed * pace)
+        for way in down[1:]:
+            hand.move_to(way, s.act_speed * pace)
+        hand.open_to(self._world.width(name), 0.25 / pace)
+        hand.grasp(name)
+        for way in reversed(down[:-1]):
+            height = min(way[2], s.carry_height)
+            hand.move_to(np.array([*way[:2], height]), s.act_speed * pace)
+        self._set_down(name, spot, pace)
+
+    def _set_down(self, name: str, spot: Vector, pace: float) -> None:
+        s, hand = self._s, self.hand
+        above = np.array([*spot, s.carry_height])
+        hand.move_to(above, s.act_speed * 1.2 * pace)
+        below_hand = float(hand.position[2] - self._world.toy_pose(name).position[2])
+        low = self._ground(spot) + self._world.resting_height(name) + below_hand + 0.004
+        hand.move_to(np.array([*spot, low]), s.act_speed * pace)
+        hand.release()
+        hand.open_to(OPEN, 0.25 / pace)
+
+    def _push(self, name: str, spot: Vector, pace: float) -> None:
+        s, hand = self._s, self.hand
+        x, y, _ = self._world.toy_pose(name).position
+        side = Side.LEFT if spot[1] >= y else Side.RIGHT
+        hand.take(side, Posture.PUSH, touches=name)
+        behind = np.array([x, y - side.value * s.gap, PALM_HEIGHT + 0.003])
+        hand.move_to(np.array([*behind[:2], s.clear_height]), s.reach_speed * pace)
+        hand.move_to(behind, s.act_speed * pace)
+        self._sweep(name, side.value, spot[1] - side.value * s.lead, pace)
+        hand.wait(0.1)
+
+    def _sweep(self, name: str, side: float, end: float, pace: float) -> None:
+        """Move sideways to y = `end`, eyes on the toy, slowing so that it does not roll away."""
+        hand, s = self.hand, self._s
+        step = 0.12 * TIME_STEP
+        while (rest := side * (end - hand.goal[1])) > 0.0:
+            speed = min(s.push_speed * pace, np.sqrt(2 * s.push_deceleration * rest) + 0.02)
+            # The skin's friction keeps a rolling toy on its line; the hand follows only when the
+            # toy is about to leave the palm.
+            astray = self._world.toy_pose(name).position[0] - hand.goal[0]
+            follow = np.clip(np.sign(astray) * max(abs(astray) - s.palm, 0.0), -step, step)
+            hand.hold_at(hand.goal + np.array([follow, side * speed * TIME_STEP, 0.0]))
+
+    def _ways_down(self, toy: Vector) -> list[Vector]:
+        """From above to the toy; around the table's edge when it lies below the top."""
+        x, y, z = toy
+        top, high = self._scene.table.top, self._s.clear_height
+        if z > -self._scene.table.thickness or not top.contains(x, y):
+            return [np.array([x, y, high]), toy]
+        beside = (top.y_max + self._s.beyond_edge) * (1.0 if y > 0 else -1.0)
+        return [np.array([x, beside, high]), np.array([x, beside, z]), toy]
+
+    def _ground(self, spot: Vector) -> float:
+        table = self._scene.table
+        return 0.0 if table.top.contains(*spot) else table.floor_z
+
+    def _spot(self, name: str, action: Action, rng: np.random.Generator) -> Vector:
+        """A free place in the target area, or past the table's nearer side edge, (x, y), m."""
+        target = action.target
+        x, y, _ = self._world.toy_pose(name).position
+        top, s = self._scene.table.top, self._s
+        if target is State.OFFTABLE:
+            beside = (top.y_max + s.beyond_edge) * (1.0 if y > 0 else -1.0)
+            return np.array([np.clip(x, 0.34, 0.52), beside])
+        sign = 1.0 if target is State.LEFT else -1.0
+        spots = np.column_stack([rng.uniform(0.37, 0.51, 24), sign * rng.uniform(0.11, 0.22, 24)])
+        if action.is_push:
+            # A push goes sideways: it cannot choose x.
+            spots[:, 0] = x
+        others = [self._world.toy_pose(n).position[:2] for n in self._world.toys if n != name]
+        room = [min((float(np.linalg.norm(o - at)) for o in others), default=1.0) for at in spots]
+        free = [index for index, r in enumerate(room) if r > s.room]
+        return np.asarray(spots[free[0] if free else int(np.argmax(room))])

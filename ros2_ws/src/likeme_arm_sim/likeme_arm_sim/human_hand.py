@@ -1,0 +1,152 @@
+"""The person's hand as matter: a body dragged along a path, which pushes or holds toys.
+
+A strong constraint drags the body, so that what it touches is moved by contact. A grasp is a firm
+constraint between hand and toy: people do not slip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pybullet
+
+from likeme_arm_sim.hand import Posture, Side, hand_parts
+from likeme_arm_sim.meshes import ConvexMesh
+from likeme_arm_sim.toys import collision_shape
+from likeme_arm_sim.world import TIME_STEP, Vector, World
+
+# Beyond the far edge of the camera's picture, forearm included (test_demonstrator.py projects it).
+AWAY = np.array([1.75, 0.0, 0.30])
+OPEN = 0.095
+HAND_MASS, DRAG_FORCE, GRIP_FORCE = 1.0, 250.0, 120.0
+# Dry skin on plastic; bullet multiplies it by the toy's own.
+FRICTION = 1.6
+
+
+class HumanHand:
+    """A left and a right hand of which one is in use; motions call `tick` at every physics step.
+
+    Positions are of the hand frame's origin (see hand.py), m, base_link.
+    """
+
+    def __init__(self, world: World, tick: Callable[[], None]) -> None:
+        self._world, self._tick, self._client = world, tick, world.client
+        self._bodies = {side: self._add_body(side) for side in Side}
+        self._anchors = {side: self._add_anchor(body) for side, body in self._bodies.items()}
+        self._grip: int | None = None
+        self.side, self.posture, self.yaw, self.opening = Side.LEFT, Posture.PUSH, 0.0, OPEN
+        self.goal: Vector = AWAY
+        self.reset()
+
+    def reset(self) -> None:
+        """Put empty hands out of sight: only for setting the table up."""
+        self.release()
+        for side in Side:
+            self.goal, self.side = AWAY, side
+            self._client.resetBasePositionAndOrientation(self._bodies[side], AWAY, (0, 0, 0, 1))
+            self._client.resetBaseVelocity(self._bodies[side], (0, 0, 0), (0, 0, 0))
+            self._drag()
+
+    @property
+    def away(self) -> bool:
+        """Whether the hand is where it rests, out of the camera's sight."""
+        return bool(np.allclose(self.goal, AWAY, atol=0.01))
+
+    @property
+    def position(self) -> Vector:
+        """Where the hand truly is."""
+        return np.array(self._client.getBasePositionAndOrientation(self._bodies[self.side])[0])
+
+    @property
+    def parts(self) -> tuple[ConvexMesh, ...]:
+        """What the camera sees of the hand, in the hand frame."""
+        # Rounded, because each shape is built once and kept.
+        yaw, opening = round(self.yaw, 1), round(self.opening, 2)
+        return tuple(hand_parts(self.posture, yaw, opening, self.side).values())
+
+    def take(
+        self, side: Side, posture: Posture, touches: str | None = None, yaw: float = 0.0
+    ) -> None:
+        """Choose hand and posture, and the one toy that feels the hand; only while it is away.
+
+        The hand is soft and careful: it moves nothing but what it means to push.
+        """
+        self.side, self.posture, self.yaw, self.opening = side, posture, yaw, OPEN
+        for name, toy in self._world.toys.items():
+            solid = int(name == touches)
+            self._client.setCollisionFilterPair(self._bodies[side], toy, -1, -1, solid)
+
+    def move_to(self, goal: Vector, speed: float) -> None:
+        """Move in a straight line with minimum jerk; `speed` is the mean, m/s."""
+        start, change = self.goal, goal - self.goal
+        seconds = max(float(np.linalg.norm(change)) / speed, 0.1)
+        for share in minimum_jerk(int(np.ceil(seconds / TIME_STEP))):
+            self.hold_at(start + share * change)
+
+    def hold_at(self, goal: Vector) -> None:
+        """Drag the hand towards a position during one control step."""
+        self.goal = goal
+        self._drag()
+        self._tick()
+
+    def wait(self, seconds: float) -> None:
+        """Keep still for a while."""
+        for _ in range(round(seconds / TIME_STEP)):
+            self.hold_at(self.goal)
+
+    def open_to(self, opening: float, seconds: float) -> None:
+        """Move the fingers until thumb and fingers are `opening` m apart."""
+        for between in np.linspace(self.opening, opening, max(1, round(seconds / TIME_STEP))):
+            self.opening = float(between)
+            self.hold_at(self.goal)
+
+    def grasp(self, name: str) -> None:
+        """Hold a toy firmly: from now on it goes with the hand."""
+        toy = self._world.toy_pose(name)
+        offset = (toy.position - self.position).tolist()
+        self._grip = self._client.createConstraint(
+            self._bodies[self.side], -1, self._world.toys[name], -1, pybullet.JOINT_FIXED,
+            (0, 0, 0), offset, (0, 0, 0), toy.orientation.tolist(),
+        )  # fmt: skip
+        self._client.changeConstraint(self._grip, maxForce=GRIP_FORCE)
+
+    def release(self) -> None:
+        """Let go."""
+        if self._grip is not None:
+            self._client.removeConstraint(self._grip)
+        self._grip = None
+
+    def halt(self) -> None:
+        """Stop within this control step."""
+        self._client.resetBaseVelocity(self._bodies[self.side], (0, 0, 0), (0, 0, 0))
+        self.goal = self.position
+        self._drag()
+
+    def _drag(self) -> None:
+        self._client.changeConstraint(
+            self._anchors[self.side],
+            self.goal.tolist(),
+            jointChildFrameOrientation=(0, 0, 0, 1),
+            maxForce=DRAG_FORCE,
+        )
+
+    def _add_body(self, side: Side) -> int:
+        parts = hand_parts(Posture.PUSH, side=side)
+        palm = tuple(mesh for name, mesh in parts.items() if name not in ('wrist', 'sleeve'))
+        shape = collision_shape(palm, self._client._client)
+        body = int(self._client.createMultiBody(HAND_MASS, shape, basePosition=AWAY.tolist()))
+        self._client.changeDynamics(body, -1, lateralFriction=FRICTION)
+        self._client.setCollisionFilterGroupMask(body, -1, 0, 0)
+        return body
+
+    def _add_anchor(self, body: int) -> Any:
+        fixed, origin = pybullet.JOINT_FIXED, (0, 0, 0)
+        return self._client.createConstraint(body, -1, -1, -1, fixed, origin, origin, origin)
+
+
+def minimum_jerk(count: int) -> Vector:
+    """Share of the way after each of `count` steps, from 0 to 1 (Flash and Hogan 1985)."""
+    t = np.arange(1, count + 1) / count
+    return np.asarray(t**3 * (10 - 15 * t + 6 * t**2))

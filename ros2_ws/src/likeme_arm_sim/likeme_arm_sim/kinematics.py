@@ -1,0 +1,159 @@
+"""Where the gripper is for given joints, and back: a planning copy of the arm, in its own client.
+
+The copy never takes part in the simulation, so that trying out joint angles disturbs nothing.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pybullet
+import pybullet_data
+from numpy.typing import NDArray
+
+from likeme_arm_sim.bullet import connect
+
+Vector = NDArray[np.float64]
+
+PANDA_URDF = Path(pybullet_data.getDataPath()) / 'franka_panda' / 'panda.urdf'
+ARM_JOINTS = tuple(range(7))
+FINGER_JOINTS = (9, 10)
+GRASP_LINK = 11
+# The centre of the finger pads is this far behind the finger tips, m.
+FINGERTIP_BEYOND_GRASP = 0.0073
+
+# Folded backwards over the robot's right, hand down: no part of the arm covers the table in the
+# camera's picture (test_arm.py projects it).
+HOME = np.array([-2.0, 0.2, 0.0, -2.2, 0.0, 2.4, 0.785])
+# Middle of the work area, hand down: what the redundant joint is drawn to.
+READY = np.array([0.0, 0.0, 0.0, -2.2, 0.0, 2.2, 0.785])
+
+POSITION_TOLERANCE = 0.01
+ANGLE_TOLERANCE = 0.05
+
+
+class NoSolutionError(Exception):
+    """Inverse kinematics found no joint angles for a pose."""
+
+
+class ToolPose(NamedTuple):
+    """The grasp point with the hand pointing straight down.
+
+    x, y, z: m, base_link. yaw: direction of the hand's flat axis, rad about +z; the fingers close
+    across it.
+    """
+
+    x: float
+    y: float
+    z: float
+    yaw: float
+
+    @property
+    def position(self) -> Vector:
+        """(x, y, z), m."""
+        return np.array([self.x, self.y, self.z])
+
+    def lifted_to(self, z: float) -> ToolPose:
+        """The same pose at another height."""
+        return self._replace(z=z)
+
+
+def wrap_half_turn(angle: float) -> float:
+    """The same direction of an axis (not of an arrow), in (-pi/2, pi/2]."""
+    wrapped = (angle + np.pi / 2) % np.pi - np.pi / 2
+    return float(np.pi / 2 if np.isclose(wrapped, -np.pi / 2) else wrapped)
+
+
+def load_panda(client: Any) -> int:
+    """The arm with its gripper, base at the origin: the body's id."""
+    return int(client.loadURDF(str(PANDA_URDF), useFixedBase=True))
+
+
+class Kinematics:
+    """Forward and inverse kinematics of the arm, by pybullet's damped least squares."""
+
+    def __init__(self) -> None:
+        self._client: Any = connect()
+        self._arm = load_panda(self._client)
+        infos = [self._client.getJointInfo(self._arm, j) for j in ARM_JOINTS + FINGER_JOINTS]
+        self._all_lower = [info[8] for info in infos]
+        self._all_upper = [info[9] for info in infos]
+        self.lower = np.array(self._all_lower[:7])
+        self.upper = np.array(self._all_upper[:7])
+        self.max_velocity = np.array([info[11] for info in infos[:7]])
+        self.max_force = np.array([info[10] for info in infos[:7]])
+
+    def forward(self, joints: Vector) -> tuple[Vector, Vector]:
+        """Grasp point (m) and its orientation (quaternion xyzw) for seven joint angles (rad)."""
+        for joint, angle in zip(ARM_JOINTS, joints, strict=True):
+            self._client.resetJointState(self._arm, joint, float(angle))
+        state = self._client.getLinkState(self._arm, GRASP_LINK, computeForwardKinematics=True)
+        return np.array(state[4]), np.array(state[5])
+
+    def tool_pose(self, joints: Vector) -> ToolPose:
+        """Where the grasp point is and how the hand is turned, whatever its tilt."""
+        position, orientation = self.forward(joints)
+        axis = np.asarray(pybullet.getMatrixFromQuaternion(orientation)).reshape(3, 3)[:, 0]
+        x, y, z = map(float, position)
+        return ToolPose(x, y, z, float(np.arctan2(axis[1], axis[0])))
+
+    def inverse(self, pose: ToolPose, seed: Vector) -> Vector:
+        """Joint angles (rad) near `seed` that bring the hand to `pose`.
+
+        Raises:
+            NoSolutionError: the best joints miss by more than 1 cm or 3 degrees, or break a limit.
+        """
+        orientation = pybullet.getQuaternionFromEuler((np.pi, 0.0, pose.yaw))
+        joints = np.array(seed, dtype=float)
+        for _ in range(6):
+            joints = np.clip(self._refine(pose, orientation, joints), self.lower, self.upper)
+            miss, turn = self._residual(pose, orientation, joints)
+            if miss < 0.001 and turn < 0.01:
+                break
+        if miss > POSITION_TOLERANCE or turn > ANGLE_TOLERANCE:
+            raise NoSolutionError(
+                f'Inverse kinematics found no solution for x {pose.x:.2f}, y {pose.y:.2f}, '
+                f'z {pose.z:.2f} m: expected to miss by at most {POSITION_TOLERANCE:.3f} m and '
+                f'{ANGLE_TOLERANCE:.2f} rad, got {miss:.3f} m and {turn:.2f} rad.'
+            )
+        return joints
+
+    def nearest(self, pose: ToolPose, seed: Vector) -> Vector:
+        """As `inverse` for a gripper that may as well be turned by pi: the less twisted wrist."""
+        found = []
+        for yaw in (pose.yaw, pose.yaw + np.pi):
+            try:
+                found.append(self.inverse(pose._replace(yaw=yaw), seed))
+            except NoSolutionError as error:
+                reason = error
+        if not found:
+            raise reason
+        return min(found, key=lambda joints: abs(float(joints[6] - READY[6])))
+
+    @staticmethod
+    def guess(pose: ToolPose) -> Vector:
+        """Joints to start a search from: the base turned towards the pose, the rest at READY."""
+        return np.array([np.arctan2(pose.y, pose.x), *READY[1:]])
+
+    def _refine(self, pose: ToolPose, orientation: Any, joints: Vector) -> Vector:
+        self.forward(joints)
+        solution = self._client.calculateInverseKinematics(
+            self._arm,
+            GRASP_LINK,
+            pose.position.tolist(),
+            orientation,
+            lowerLimits=self._all_lower,
+            upperLimits=self._all_upper,
+            jointRanges=[hi - lo for lo, hi in zip(self._all_lower, self._all_upper, strict=True)],
+            restPoses=[*joints.tolist(), 0.02, 0.02],
+            maxNumIterations=100,
+            residualThreshold=1e-5,
+        )
+        return np.array(solution[:7])
+
+    def _residual(self, pose: ToolPose, orientation: Any, joints: Vector) -> tuple[float, float]:
+        position, reached = self.forward(joints)
+        cosine = min(1.0, abs(float(np.dot(reached, orientation))))
+        return float(np.linalg.norm(position - pose.position)), 2.0 * float(np.arccos(cosine))

@@ -1,0 +1,60 @@
+"""Where an experimenter puts the toys between trials: drawn at random within the named states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from likeme_arm_sim.scene import Rectangle, Scene, State
+
+# Well inside the areas, so that a toy is where its state says whatever side of it the camera sees;
+# OFFTABLE is the floor at the robot's right, where the camera sees past the table's edge.
+START_AREAS: Mapping[State, Rectangle] = {
+    State.LEFT: Rectangle(0.34, 0.54, 0.09, 0.25),
+    State.RIGHT: Rectangle(0.34, 0.54, -0.25, -0.09),
+    State.OFFTABLE: Rectangle(0.28, 0.58, -0.70, -0.62),
+}
+SPACING = 0.13
+TRIES = 300
+
+
+class Placement(NamedTuple):
+    """Where a toy is put: x, y, m; height of the ground there, m; yaw, rad."""
+
+    x: float
+    y: float
+    ground: float
+    yaw: float
+
+
+def draw_layout(
+    scene: Scene,
+    states: Mapping[str, State],
+    occupied: list[NDArray[np.float64]],
+    rng: np.random.Generator,
+) -> dict[str, Placement]:
+    """A placement for each named toy in its state, apart from the others and from `occupied`."""
+    taken, layout = list(occupied), {}
+    for name, state in states.items():
+        x, y = _free_spot(START_AREAS[state], taken, rng)
+        taken.append(np.array([x, y]))
+        ground = scene.table.floor_z if state is State.OFFTABLE else 0.0
+        layout[name] = Placement(x, y, ground, float(rng.uniform(-np.pi, np.pi)))
+    return layout
+
+
+def _free_spot(
+    area: Rectangle, taken: list[NDArray[np.float64]], rng: np.random.Generator
+) -> tuple[float, float]:
+    low, high = (area.x_min, area.y_min), (area.x_max, area.y_max)
+    spots = rng.uniform(low, high, (TRIES, 2))
+    if taken:
+        room = np.linalg.norm(spots[:, None] - np.array(taken)[None], axis=2).min(axis=1)
+        # The first that is free, and in a crowd the one with most room.
+        spot = spots[int(np.argmax(room > SPACING) if room.max() > SPACING else room.argmax())]
+    else:
+        spot = spots[0]
+    return float(spot[0]), float(spot[1])

@@ -1,0 +1,186 @@
+"""A z-buffer camera for convex meshes: colour and exact depth in a few milliseconds of NumPy.
+
+pybullet's own software renderer loads and draws heavy visual meshes and sustains a few frames per
+second at 640x480. Here the scene that stands still is drawn once, and per frame only the triangles
+of the bodies that may move and that face the camera are turned into pixels (see raster.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from likeme_arm_sim.meshes import ConvexMesh, Floats
+from likeme_arm_sim.raster import Fragments, clip_near, fragments, project
+from likeme_arm_sim.scene import CameraMount
+from likeme_arm_sim.shadows import SoftShadows
+
+# A soft light above the table, a little towards the robot's left and the camera.
+LIGHT = np.array([-0.30, 0.35, 0.89]) / np.linalg.norm([-0.30, 0.35, 0.89])
+# Together at most 1, so that no colour overflows.
+AMBIENT, DIFFUSE = 0.45, 0.55
+# The still background is drawn this much finer and averaged: smooth edges at no cost per frame.
+SUPERSAMPLING = 2
+
+
+class RenderBody(NamedTuple):
+    """A mesh and where it is: `pose` is the 4x4 transform from the mesh's frame to base_link."""
+
+    mesh: ConvexMesh
+    pose: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PaintedPlane:
+    """A still mesh in base_link whose colour is a function of place.
+
+    Attributes:
+        mesh: vertices in base_link.
+        paint: points (N, 3), m, to RGB (N, 3).
+        shadows_at: height, m, at which the mesh's top catches the moving bodies' shadows, if any.
+    """
+
+    mesh: ConvexMesh
+    paint: Callable[[Floats], NDArray[np.uint8]]
+    shadows_at: float | None = None
+
+
+class Rendering(NamedTuple):
+    """One ideal frame.
+
+    Attributes:
+        rgb: (H, W, 3) uint8.
+        depth: (H, W) float32, m along the optical axis, inf where nothing is.
+    """
+
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+
+
+class View:
+    """A camera's fixed projection, and the maths of drawing with it."""
+
+    def __init__(self, camera: CameraMount) -> None:
+        self.camera = camera
+        pose = camera.pose()
+        self.eye: Floats = pose[:3, 3]
+        self._rotation: Floats = pose[:3, :3].T
+
+    def facing(self, body: RenderBody) -> tuple[Floats, NDArray[np.uint8]]:
+        """A body's front triangles: corners (T, 3, 4) and colours (T, 3).
+
+        A corner is a point in the optical frame, m, and its brightness.
+        """
+        mesh, rotation, offset = body.mesh, body.pose[:3, :3], body.pose[:3, 3]
+        eye = (self.eye - offset) @ rotation
+        front = np.flatnonzero(mesh.normals @ eye > mesh.offsets)
+        seen = (mesh.vertices - eye) @ (self._rotation @ rotation).T
+        corners = np.empty((len(front), 3, 4))
+        corners[:, :, :3] = seen[mesh.triangles[front]]
+        to_light = (mesh.corner_normals.reshape(-1, 3) @ (LIGHT @ rotation)).reshape(-1, 3)[front]
+        # Half-Lambert: the side turned away still has shape, as under the sky of a lit room.
+        corners[:, :, 3] = AMBIENT + DIFFUSE * np.square(0.5 * to_light + 0.5)
+        return corners, mesh.colours[front]
+
+    def fragments(self, corners: Floats) -> tuple[Fragments, NDArray[np.intp]]:
+        """Pixels of triangles (T, 3, 4) in the optical frame, and the triangle of each pixel."""
+        before_lens, origin = clip_near(corners)
+        image = project(before_lens, self.camera)
+        found = fragments(image, self.camera.width, self.camera.height)
+        return found, origin[found.triangle]
+
+    def points(self, pixel: NDArray[np.intp], inverse_depth: NDArray[np.float32]) -> Floats:
+        """Where the pixels' surfaces are in base_link, (N, 3), m."""
+        v, u = np.divmod(pixel, self.camera.width)
+        x, y = (u - self.camera.cx) / self.camera.fx, (v - self.camera.cy) / self.camera.fy
+        rays = np.stack([x, y, np.ones_like(x)], axis=1) / inverse_depth[:, None]
+        return np.asarray(rays @ self._rotation + self.eye)
+
+
+class MeshRenderer:
+    """Draws moving convex bodies before a background that stands still."""
+
+    def __init__(
+        self, camera: CameraMount, background: Sequence[RenderBody | PaintedPlane] = ()
+    ) -> None:
+        self._view = View(camera)
+        _, self._still_inverse, surface = _draw_still(View(camera), background)
+        heights = [item.shadows_at for item in background if isinstance(item, PaintedPlane)]
+        self._shadows = [
+            SoftShadows(camera, LIGHT, height, surface)
+            for height in heights
+            if height is not None and surface.any()
+        ]
+        fine, _, _ = _draw_still(View(_finer(camera, SUPERSAMPLING)), background)
+        size = (camera.width, camera.height)
+        self._still_rgb = np.asarray(
+            cv2.resize(fine, size, interpolation=cv2.INTER_AREA), np.uint8
+        )
+
+    def render(self, bodies: Sequence[RenderBody]) -> Rendering:
+        """The frame in which `bodies` are seen before the background."""
+        rgb, inverse = self._still_rgb.copy(), self._still_inverse.copy()
+        for shadows in self._shadows:
+            shadows.cast(rgb, bodies)
+        if bodies:
+            parts = [self._view.facing(body) for body in bodies]
+            corners = np.concatenate([corners for corners, _ in parts])
+            colours = np.concatenate([colours for _, colours in parts]).astype(np.float32)
+            found, triangle = self._view.fragments(corners)
+            nearest = _nearest(found, inverse)
+            pixel, triangle, shade = found.pixel[nearest], triangle[nearest], found.shade[nearest]
+            # One channel at a time: three times as fast as rows of three bytes.
+            for channel in range(3):
+                rgb.reshape(-1, 3)[pixel, channel] = colours[:, channel][triangle] * shade
+        with np.errstate(divide='ignore'):
+            return Rendering(rgb, np.divide(np.float32(1.0), inverse, out=inverse))
+
+
+def _nearest(found: Fragments, inverse_depth: NDArray[np.float32]) -> NDArray[np.intp]:
+    """Merge fragments into `inverse_depth` (H, W), in place; indices of those that are seen."""
+    flat = inverse_depth.reshape(-1)
+    np.maximum.at(flat, found.pixel, found.inverse_depth)
+    return np.flatnonzero(flat[found.pixel] == found.inverse_depth)
+
+
+def _finer(camera: CameraMount, factor: int) -> CameraMount:
+    """The same camera with `factor` times the pixels along each side."""
+    return replace(
+        camera,
+        width=camera.width * factor,
+        height=camera.height * factor,
+        fx=camera.fx * factor,
+        fy=camera.fy * factor,
+        cx=(camera.cx + 0.5) * factor - 0.5,
+        cy=(camera.cy + 0.5) * factor - 0.5,
+    )
+
+
+def _draw_still(
+    view: View, background: Sequence[RenderBody | PaintedPlane]
+) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.bool_]]:
+    """What never moves: colour (H, W, 3), inverse depth (H, W) and where shadows can fall."""
+    shape = (view.camera.height, view.camera.width)
+    rgb, inverse = np.full((*shape, 3), 40, np.uint8), np.zeros(shape, np.float32)
+    surface = np.zeros(shape, bool)
+    for item in background:
+        pose = item.pose if isinstance(item, RenderBody) else np.eye(4)
+        corners, colours = view.facing(RenderBody(item.mesh, pose))
+        found, triangle = view.fragments(corners)
+        seen = _nearest(found, inverse)
+        pixel = found.pixel[seen]
+        base: ArrayLike = colours[triangle[seen]]
+        surface.reshape(-1)[pixel] = False
+        if isinstance(item, PaintedPlane):
+            points = view.points(pixel, found.inverse_depth[seen])
+            base = item.paint(points)
+            if item.shadows_at is not None:
+                surface.reshape(-1)[pixel] = points[:, 2] > item.shadows_at - 1e-4
+        shaded = np.asarray(base) * found.shade[seen, None]
+        rgb.reshape(-1, 3)[pixel] = shaded.astype(np.uint8)
+    return rgb, inverse, surface

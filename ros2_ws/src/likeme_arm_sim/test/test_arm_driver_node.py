@@ -1,0 +1,265 @@
+"""The arm driver as a real process on a ROS domain of its own."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from domain_coordinator import domain_id
+from geometry_msgs.msg import Point
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image
+from std_srvs.srv import Trigger
+
+from likeme_arm_sim.messages import nanoseconds, time_message
+from likeme_arm_sim.primitives import Outcome
+from likeme_msgs.msg import ObjectState, TableState
+from likeme_msgs.srv import ExecuteAction, ResetCell
+
+pytestmark = pytest.mark.graph
+DRIVER = [sys.executable, '-m', 'likeme_arm_sim.arm_driver_node', '--ros-args']
+FAST = ['-p', 'real_time_factor:=0.0', '-p', 'seed:=3']
+
+
+class Client:
+    """A node in this process that calls the driver and keeps what it publishes."""
+
+    def __init__(self, domain: int) -> None:
+        self.context = Context()
+        self.context.init(domain_id=domain)
+        self.node = Node('driver_test', context=self.context)
+        self.kept: dict[str, list[Any]] = {}
+        self._changed = threading.Condition()
+        self._keep(Clock, '/clock')
+        self._keep(Image, 'camera/rgb/image_rect_color')
+        self._keep(Image, 'camera/depth_registered/image_rect')
+        self._keep(CameraInfo, 'camera/rgb/camera_info')
+        self.table = self.node.create_publisher(TableState, 'table_state', 1)
+        self._executor = SingleThreadedExecutor(context=self.context)
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._executor.shutdown()
+        self._thread.join(5.0)
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+    def _keep(self, kind: Any, topic: str) -> None:
+        kept = self.kept.setdefault(topic, [])
+
+        def on_message(message: Any) -> None:
+            with self._changed:
+                kept.append(message)
+                self._changed.notify_all()
+
+        self.node.create_subscription(kind, topic, on_message, 10)
+
+    def wait_for(self, true: Callable[[], bool], seconds: float = 20.0) -> None:
+        with self._changed:
+            assert self._changed.wait_for(true, seconds)
+
+    def start(self, kind: Any, name: str, **fields: Any) -> Any:
+        client = self.node.create_client(kind, name)
+        assert client.wait_for_service(20.0)
+        return client.call_async(kind.Request(**fields))
+
+    def call(self, kind: Any, name: str, **fields: Any) -> Any:
+        return finished(self.start(kind, name, **fields))
+
+    def act(self, who: str, name: str, action: int, **fields: Any) -> Any:
+        service = f'{who}/execute_action'
+        return self.call(ExecuteAction, service, object=name, action=action, **fields)
+
+    @property
+    def now(self) -> int:
+        clocks = self.kept['/clock']
+        return nanoseconds(clocks[-1].clock) if clocks else 0
+
+    def show_chicken(self, y: float, frame: str = 'base_link') -> None:
+        stamp = time_message(self.now)
+        chicken = ObjectState(
+            name='chicken', state=1, centroid=Point(x=0.44, y=y), last_seen=stamp
+        )
+        message = TableState(reference_frame=frame, objects=[chicken])
+        message.header.stamp = stamp
+        self.table.publish(message)
+
+
+def finished(future: Any, seconds: float = 60.0) -> Any:
+    done = threading.Event()
+    future.add_done_callback(lambda _: done.set())
+    assert done.wait(seconds)
+    return future.result()
+
+
+@pytest.fixture(scope='module')
+def domain() -> Iterator[int]:
+    with domain_id() as number:
+        yield number
+
+
+def start_driver(domain: int, *arguments: str) -> subprocess.Popen[str]:
+    env = os.environ | {'ROS_DOMAIN_ID': str(domain)}
+    return subprocess.Popen(
+        [*DRIVER, *arguments], env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+@pytest.fixture(scope='module')
+def client(domain: int) -> Iterator[Client]:
+    driver, client = start_driver(domain, *FAST), Client(domain)
+    yield client
+    client.close()
+    driver.send_signal(signal.SIGINT)
+    out, _ = driver.communicate(timeout=20)
+    assert driver.returncode == 0, out
+
+
+@pytest.fixture(autouse=True)
+def fresh(client: Client) -> None:
+    client.call(Trigger, 'cell/resume')
+    reset: Any = ResetCell.Response()
+    deadline = time.monotonic() + 20
+    while not reset.success and time.monotonic() < deadline:
+        reset = client.call(ResetCell, 'cell/reset')
+    assert reset.success, reset.message
+
+
+def test_frames_of_one_moment_share_a_stamp(client: Client) -> None:
+    topics = [topic for topic in client.kept if topic.startswith('camera')]
+    client.wait_for(lambda: all(len(client.kept[topic]) > 4 for topic in topics))
+    stamps = [{nanoseconds(m.header.stamp) for m in client.kept[topic]} for topic in topics]
+    assert len(set.intersection(*stamps)) >= 3
+    rgb, depth, info = (client.kept[topic][-1] for topic in topics)
+    assert (rgb.encoding, depth.encoding) == ('rgb8', '16UC1')
+    assert (rgb.width, rgb.height, info.width, info.height) == (640, 480, 640, 480)
+    assert rgb.header.frame_id == depth.header.frame_id == 'camera_rgb_optical_frame'
+
+
+def test_frames_come_at_the_cameras_rate_in_simulated_time(client: Client) -> None:
+    kept = client.kept['camera/rgb/image_rect_color']
+    begin = len(kept)
+    client.wait_for(lambda: len(kept) > begin + 8)
+    stamps = [nanoseconds(message.header.stamp) for message in kept[begin:]]
+    gaps = {round((b - a) * 30 / 1e9) for a, b in pairwise(stamps)}
+    assert gaps == {1}
+
+
+def test_the_person_acts_and_a_second_request_is_refused_at_once(client: Client) -> None:
+    first = client.start(ExecuteAction, 'human/execute_action', object='chicken', action=0)
+    client.wait_for(lambda: bool(client.kept['/clock']))
+    began = client.now
+    client.wait_for(lambda: client.now > began + 1_000_000_000)
+    second = client.act('human', 'pear', 0)
+    assert second.outcome == Outcome.BUSY
+    assert not client.call(ResetCell, 'cell/reset').success
+    done = finished(first)
+    assert done.success
+    seconds = (nanoseconds(done.finished) - nanoseconds(done.started)) * 1e-9
+    assert 3.0 < seconds < 7.0
+    assert nanoseconds(second.started) == 0
+
+
+def test_the_arm_goes_where_perception_says(client: Client) -> None:
+    assert client.act('arm', 'chicken', 3).outcome == Outcome.OBJECT_NOT_SEEN
+    outcome = Outcome.OBJECT_NOT_SEEN
+    deadline = time.monotonic() + 20
+    while outcome == Outcome.OBJECT_NOT_SEEN and time.monotonic() < deadline:
+        client.show_chicken(y=-0.2)
+        outcome = client.act('arm', 'chicken', 3).outcome
+    assert outcome == Outcome.COMPLETED
+
+
+def test_other_frames_are_not_acted_on(client: Client) -> None:
+    client.show_chicken(y=-0.2, frame='map')
+    assert client.act('arm', 'chicken', 3).outcome == Outcome.OBJECT_NOT_SEEN
+
+
+def test_hold_in_the_middle_and_resume(client: Client) -> None:
+    moving = client.start(ExecuteAction, 'human/execute_action', object='chicken', action=0)
+    client.wait_for(lambda: bool(client.kept['/clock']))
+    began = client.now
+    client.wait_for(lambda: client.now > began + 1_500_000_000)
+    assert client.call(Trigger, 'cell/hold').success
+    held = finished(moving, 5.0)
+    assert held.outcome == Outcome.HELD
+    assert client.act('human', 'chicken', 0).outcome == Outcome.HELD
+    client.wait_for(lambda: client.now > nanoseconds(held.finished) + 200_000_000)
+    assert client.call(Trigger, 'cell/resume').success
+
+
+@pytest.mark.parametrize(
+    ('name', 'action', 'outcome'),
+    [('banana', 0, Outcome.UNKNOWN_OBJECT), ('pear', 17, Outcome.UNKNOWN_ACTION)],
+)
+@pytest.mark.parametrize('who', ['arm', 'human'])
+def test_nonsense_is_answered_with_a_sentence(
+    client: Client, who: str, name: str, action: int, outcome: Outcome
+) -> None:
+    answer = client.act(who, name, action)
+    assert (answer.success, answer.outcome) == (False, outcome)
+    assert answer.message.startswith('Expected')
+
+
+def test_what_has_expired_is_not_begun(client: Client) -> None:
+    client.wait_for(lambda: client.now > 0)
+    past = time_message(client.now - 2_000_000_000)
+    assert client.act('human', 'pear', 0, expires=past).outcome == Outcome.EXPIRED
+    future = time_message(client.now + 60_000_000_000)
+    assert client.act('human', 'pear', 0, expires=future).outcome == Outcome.COMPLETED
+
+
+def test_reset_refuses_with_a_sentence(client: Client) -> None:
+    answer = client.call(ResetCell, 'cell/reset', objects=['pear'], states=[9])
+    assert not answer.success
+    assert answer.message == 'Expected a state from 0 to 2, got 9.'
+
+
+def test_parameters_out_of_range_are_refused(client: Client) -> None:
+    from rcl_interfaces.srv import SetParameters
+
+    for name, value in (('real_time_factor', -1.0), ('camera_rate', 20.0)):
+        parameter = Parameter(name, value=value).to_parameter_msg()
+        answer = client.call(SetParameters, 'arm_driver/set_parameters', parameters=[parameter])
+        assert not answer.results[0].successful
+
+
+@pytest.mark.parametrize(
+    'argument', ['camera_rate:=500.0', 'initial_states:=[apple]', 'initial_states:=["apple:LEFT"]']
+)
+def test_a_bad_start_says_why(domain: int, argument: str) -> None:
+    driver = start_driver(domain, '-p', argument)
+    out, _ = driver.communicate(timeout=30)
+    assert driver.returncode == 1
+    assert 'arm_driver: ' in out.splitlines()[-1]
+    assert 'Traceback' not in out
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_mid_motion_ends_it_cleanly(domain: int, number: int) -> None:
+    with domain_id() as other:
+        driver, client = start_driver(other), Client(other)
+        try:
+            client.start(ExecuteAction, 'human/execute_action', object='pear', action=0)
+            client.wait_for(lambda: len(client.kept['/clock']) > 30)
+            driver.send_signal(number)
+            out, _ = driver.communicate(timeout=5)
+        finally:
+            driver.kill()
+            client.close()
+    assert driver.returncode == 0, out
+    assert 'Traceback' not in out

@@ -1,0 +1,201 @@
+"""The cell as its users see it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from likeme_arm_sim.cell import Actor, Cell, CellSettings, Look
+from likeme_arm_sim.primitives import ObjectView, Outcome
+from likeme_arm_sim.scene import OBJECTS, Action, Scene, State
+from likeme_arm_sim.world import TIME_STEP
+
+LEFT, RIGHT, OFFTABLE = State
+
+
+@pytest.fixture(scope='module')
+def shared() -> Cell:
+    return Cell(Scene(), 1)
+
+
+@pytest.fixture
+def cell(shared: Cell) -> Cell:
+    shared.resume()
+    shared.reset(OBJECTS, (RIGHT, LEFT, RIGHT), 5)
+    return shared
+
+
+def state(cell: Cell, name: str) -> State | None:
+    return cell.true_states()[name].state
+
+
+def seen(cell: Cell, noise: float = 0.0, seed: int = 0) -> Look:
+    """Perception that is off by a constant of about `noise` m."""
+    offset = np.random.default_rng(seed).normal(0.0, noise, 2) if noise else np.zeros(2)
+
+    def look(name: str) -> ObjectView:
+        view = cell.true_states()[name]
+        return ObjectView(view.x + offset[0], view.y + offset[1], view.yaw, view.state)
+
+    return look
+
+
+@pytest.mark.parametrize('action', list(Action))
+def test_the_robot_can_do_each_action(cell: Cell, action: Action) -> None:
+    start = LEFT if action.target is RIGHT else RIGHT
+    cell.reset(OBJECTS, [start if name == 'chicken' else OFFTABLE for name in OBJECTS], 5)
+    result = cell.run_action(Actor.ROBOT, 'chicken', action, seen(cell, 0.004))
+    cell.step(1.0)
+    assert result.outcome is Outcome.COMPLETED
+    assert state(cell, 'chicken') is action.target
+    assert result.started is not None
+    assert result.finished is not None
+    assert 5.0 < result.finished - result.started < 11.0
+    assert cell.tidy
+
+
+def test_pushing_the_chicken_left_mostly_works(cell: Cell) -> None:
+    arrived = 0
+    for seed in range(5):
+        cell.reset(OBJECTS, (OFFTABLE, OFFTABLE, RIGHT), seed)
+        cell.run_action(Actor.ROBOT, 'chicken', Action.PUSH_LEFT, seen(cell, 0.005, seed))
+        cell.step(1.0)
+        arrived += state(cell, 'chicken') is LEFT
+    assert arrived >= 4
+
+
+@pytest.mark.parametrize('after', [0.4, 2.5, 4.0])
+def test_hold_stops_the_arm_within_one_control_step(cell: Cell, after: float) -> None:
+    steps_after_hold = 0
+
+    def on_tick() -> None:
+        nonlocal steps_after_hold
+        steps_after_hold += cell.held
+        if cell.time - began > after:
+            cell.hold()
+
+    began = cell.time
+    result = cell.run_action(Actor.ROBOT, 'chicken', Action.PLACE_LEFT, seen(cell), on_tick)
+    assert result.outcome is Outcome.HELD
+    assert steps_after_hold == 0
+    still = cell.arm.joints
+    assert result.finished == pytest.approx(began + after, abs=2 * TIME_STEP)
+    cell.step(TIME_STEP)
+    # From up to 1.8 rad/s; what is left is the play of an iterative solver.
+    assert np.abs(cell.arm.joint_velocities).max() < 0.2
+    cell.step(0.5)
+    assert np.abs(cell.arm.joints - still).max() < 0.01
+
+    refused = cell.run_action(Actor.ROBOT, 'chicken', Action.PLACE_LEFT, seen(cell))
+    assert refused.outcome is Outcome.HELD
+    assert refused.started is None
+    cell.resume()
+    again = cell.run_action(Actor.ROBOT, 'lemon', Action.PLACE_RIGHT, seen(cell))
+    assert again.outcome is Outcome.COMPLETED
+
+
+def test_a_held_hand_lets_go_and_leaves(cell: Cell) -> None:
+    began = cell.time
+    ticks = {'on_tick': lambda: cell.hold() if cell.time - began > 1.8 else None}
+    held = cell.run_action(Actor.HUMAN, 'pear', Action.PLACE_LEFT, seen(cell), **ticks)
+    assert held.outcome is Outcome.HELD
+    place = cell.hand.position
+    cell.step(0.5)
+    assert np.allclose(cell.hand.position, place, atol=0.01)
+    assert not cell.tidy
+    cell.resume()
+    assert cell.tidy_up().outcome is Outcome.COMPLETED
+    assert cell.tidy
+
+
+def test_a_budget_ends_a_motion(cell: Cell) -> None:
+    result = cell.run_action(Actor.HUMAN, 'pear', Action.PLACE_LEFT, seen(cell), budget=0.5)
+    assert result.outcome is Outcome.HELD
+    assert 'budget' in result.message
+    assert not cell.held
+
+
+@pytest.mark.parametrize(
+    ('name', 'action', 'outcome', 'words'),
+    [
+        (
+            'banana',
+            0,
+            Outcome.UNKNOWN_OBJECT,
+            "Expected one of pear, lemon, chicken, got 'banana'",
+        ),
+        ('pear', 6, Outcome.UNKNOWN_ACTION, 'Expected an action from 0 to 5, got 6'),
+    ],
+)
+@pytest.mark.parametrize('actor', list(Actor))
+def test_refusals_name_what_was_expected(
+    cell: Cell, actor: Actor, name: str, action: int, outcome: Outcome, words: str
+) -> None:
+    result = cell.run_action(actor, name, action, seen(cell))
+    assert result.outcome is outcome
+    assert words in result.message
+    assert result.started is None
+
+
+def test_the_robot_does_not_pick_up_what_is_offtable(cell: Cell) -> None:
+    cell.reset(['pear'], [OFFTABLE], 0)
+    result = cell.run_action(Actor.ROBOT, 'pear', Action.PLACE_LEFT, seen(cell))
+    assert result.outcome is Outcome.OBJECT_OFFTABLE
+    assert cell.run_action(Actor.ROBOT, 'pear', 0, lambda _: None).outcome == 4
+
+
+def test_the_person_can_put_it_back(cell: Cell) -> None:
+    cell.reset(['pear'], [OFFTABLE], 0)
+    cell.run_action(Actor.HUMAN, 'pear', Action.PLACE_RIGHT, lambda _: None)
+    assert state(cell, 'pear') is RIGHT
+
+
+def test_reset_draws_by_seed_and_goes_back(cell: Cell) -> None:
+    cell.reset([], [], 0)
+    first = cell.true_states()
+    cell.reset(['pear'], [LEFT], 7)
+    once = cell.true_states()
+    assert once['pear'].state is LEFT
+    assert once['lemon'].x == pytest.approx(first['lemon'].x, abs=0.002)
+    cell.reset(['pear'], [LEFT], 8)
+    assert cell.true_states()['pear'].x != pytest.approx(once['pear'].x, abs=0.001)
+    cell.reset([], [], 0)
+    assert cell.true_states()['pear'].x == pytest.approx(first['pear'].x, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ('objects', 'states', 'words'),
+    [
+        (['pear'], [], 'Expected 1 states'),
+        (['apple'], [0], "got 'apple'"),
+        (['pear'], [3], 'Expected a state from 0 to 2, got 3'),
+        (['pear', 'pear'], [0, 1], 'once'),
+    ],
+)
+def test_reset_refuses(cell: Cell, objects: list[str], states: list[int], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        cell.reset(objects, states, 0)
+
+
+def test_frames_show_the_hand_only_while_it_is_there(cell: Cell) -> None:
+    empty = cell.frame()
+    assert empty.rgb.shape == (480, 640, 3)
+    assert empty.depth_mm.shape == (480, 640)
+    began, changed = cell.time, []
+
+    def on_tick() -> None:
+        if not changed and cell.time - began > 1.2:
+            nearer = empty.depth_mm.astype(int) - cell.frame().depth_mm
+            changed.append(int((nearer > 30).sum()))
+
+    cell.run_action(Actor.HUMAN, 'pear', Action.PLACE_RIGHT, seen(cell), on_tick)
+    assert changed[0] > 2000
+
+
+def test_two_cells_of_one_seed_are_alike() -> None:
+    ends = []
+    for _ in range(2):
+        cell = Cell(Scene(), 3, CellSettings(initial_states={'lemon': LEFT}))
+        cell.run_action(Actor.HUMAN, 'lemon', Action.PUSH_RIGHT, seen(cell))
+        ends.append(cell.true_states())
+    assert ends[0] == ends[1]

@@ -1,0 +1,66 @@
+"""Between values and ROS messages."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Point
+
+from likeme_arm_sim import messages
+from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.scene import CameraMount, State
+from likeme_msgs.msg import ObjectState, TableState
+
+
+def test_images_keep_their_pixels() -> None:
+    depth = np.arange(12, dtype=np.uint16).reshape(3, 4) * 1000
+    message = messages.image_message(depth, '16UC1')
+    assert (message.height, message.width, message.step) == (3, 4, 8)
+    assert np.array_equal(np.frombuffer(message.data, np.uint16).reshape(3, 4), depth)
+    rgb = messages.image_message(np.zeros((3, 4, 3), np.uint8), 'rgb8')
+    assert (rgb.step, len(rgb.data), rgb.encoding) == (12, 36, 'rgb8')
+
+
+def test_camera_info_has_the_true_intrinsics() -> None:
+    camera = CameraMount()
+    info = messages.camera_info_message(camera)
+    assert (info.width, info.height) == (640, 480)
+    assert (info.k[0], info.k[2], info.k[4], info.k[5]) == (525.0, 319.5, 525.0, 239.5)
+    assert info.p[5] == camera.fy
+    assert info.distortion_model == 'plumb_bob'
+
+
+def test_times_go_there_and_back() -> None:
+    assert messages.nanoseconds(messages.time_message(1_700_000_000_123_456_789)) == (
+        1_700_000_000_123_456_789
+    )
+
+
+def table(frame: str = 'base_link') -> TableState:
+    seen = messages.time_message(5)
+    objects = [
+        ObjectState(name='pear', state=1, centroid=Point(x=0.4, y=-0.1), major_axis_yaw=0.5),
+        ObjectState(name='lemon', state=ObjectState.UNKNOWN, centroid=Point(x=0.4, y=0.1)),
+        ObjectState(name='chicken', state=2, centroid=Point(x=float('nan'))),
+    ]
+    for item in objects[:2]:
+        item.last_seen = seen
+    return TableState(reference_frame=frame, objects=objects)
+
+
+def test_views_are_of_what_was_ever_seen() -> None:
+    views = messages.object_views(table())
+    assert set(views) == {'pear', 'lemon'}
+    assert views['pear'] == ObjectView(0.4, -0.1, 0.5, State.RIGHT)
+    assert views['lemon'].state is None
+
+
+def test_other_frames_are_refused() -> None:
+    with pytest.raises(ValueError, match="'base_link', got 'map'"):
+        messages.object_views(table('map'))
+
+
+def test_initial_states_are_read() -> None:
+    assert messages.initial_states(['pear:LEFT']) == {'pear': State.LEFT}
+    with pytest.raises(ValueError, match="got 'pear=LEFT'"):
+        messages.initial_states(['pear=LEFT'])

@@ -1,0 +1,73 @@
+"""The simulation's thread."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from likeme_arm_sim.worker import Worker
+
+
+@pytest.fixture
+def idled() -> threading.Event:
+    return threading.Event()
+
+
+@pytest.fixture
+def worker(idled: threading.Event) -> Iterator[Worker]:
+    def idle() -> None:
+        idled.set()
+        threading.Event().wait(0.001)
+
+    worker = Worker(idle, lambda error: None)
+    worker.start()
+    yield worker
+    worker.stop()
+
+
+def test_idles_until_there_is_a_job(worker: Worker, idled: threading.Event) -> None:
+    assert idled.wait(5.0)
+    job = worker.submit(lambda: threading.current_thread().name)
+    assert job is not None
+    assert job.result(5.0) == 'simulation'
+
+
+def test_takes_one_job_at_a_time(worker: Worker) -> None:
+    go_on = threading.Event()
+    first = worker.submit(lambda: go_on.wait(5.0))
+    assert first is not None
+    assert worker.submit(lambda: True) is None
+    go_on.set()
+    assert first.result(5.0)
+    again = worker.submit(lambda: True)
+    assert again is not None
+    assert again.result(5.0)
+
+
+def test_a_failing_job_is_told_and_survived(worker: Worker) -> None:
+    failing = worker.submit(lambda: 1 / 0)
+    assert failing is not None
+    assert isinstance(failing.exception(5.0), ZeroDivisionError)
+    assert not worker.busy
+
+
+def test_failing_idling_is_told_and_survived() -> None:
+    told: list[Exception] = []
+    twice = threading.Event()
+
+    def tell(error: Exception) -> None:
+        told.append(error)
+        if len(told) == 2:
+            twice.set()
+
+    worker = Worker(lambda: [][0], tell)
+    worker.start()
+    assert twice.wait(5.0)
+    worker.stop()
+
+
+def test_a_stopped_worker_takes_nothing(worker: Worker) -> None:
+    worker.stop()
+    assert worker.submit(lambda: True) is None
