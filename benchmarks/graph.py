@@ -166,7 +166,9 @@ def main() -> None:
             cell.send_signal(signal.SIGINT)
             cell.wait(30)
     bars = []
-    for phase, wanted in zip(phases, (TIMED * CAMERA_RATE, TIMED * CAMERA_RATE, 15.0), strict=True):
+    for phase, wanted in zip(
+        phases, (TIMED * CAMERA_RATE, TIMED * CAMERA_RATE, 15.0), strict=True
+    ):
         p50, p99 = np.percentile(phase.latency_ms, [50, 99])
         n = phase.frames
         bars += [

@@ -65,9 +65,7 @@ def main() -> None:
         Bar('completed', sum(run.completed for run in runs), None, 'stories', None, seeds, False),
         Bar('longest', max(run.seconds for run in runs), 90.0, 's', 'the user', seeds),
     ]
-    rows = {
-        f'seed {run.seed}': f'{run.seconds:.0f} s, {run.why or "completed"}' for run in runs
-    }
+    rows = {f'seed {run.seed}': f'{run.seconds:.0f} s, {run.why or "completed"}' for run in runs}
     publish('story', bars, rows)
 
 

@@ -1,4 +1,4 @@
-"""The narrator of the demo: plays the person's part over the real services and tells what comes back."""
+"""The narrator of the demo: plays the person's part over real services, tells what comes back."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TRY_ANYWAY = AskHuman.Request.TRY_ANYWAY
 SKIP = AskHuman.Request.SKIP
 
 
-class StoryStopped(Exception):
+class StoryStoppedError(Exception):
     """The story cannot go on; the sentence says what was expected and what came."""
 
 
@@ -98,7 +98,7 @@ class DemoNode(Node):
         self._until(lambda: self._table, timeout, 'a first table_state from perception')
 
     def play(self, act: story.Act, seed: int) -> story.Ending:
-        """Play one act from the set table to the outcome. Raises StoryStopped."""
+        """Play one act from the set table to the outcome. Raises StoryStoppedError."""
         self._heard, self._panels = Heard(), []
         self.rows.append(Row(act.title(), self._panels))
         self._set_the_table(act, seed)
@@ -111,7 +111,7 @@ class DemoNode(Node):
         if asked:
             self._answer(choice)
         elif choice.kind != Decision.EXECUTE:
-            raise StoryStopped(f'Expected the robot to act or to ask, got: {choice.sentence}')
+            raise StoryStoppedError(f'Expected the robot to act or to ask, got: {choice.sentence}')
         else:
             self._tell('The robot acts.')
         outcome = self._until(
@@ -129,7 +129,7 @@ class DemoNode(Node):
         request = ResetCell.Request(objects=[act.object], states=[int(act.start)], seed=seed)
         reply = self._call(self._reset, request, 20.0)
         if not reply.success:
-            raise StoryStopped(f'Expected the table to be set, got: {reply.message}')
+            raise StoryStoppedError(f'Expected the table to be set, got: {reply.message}')
         self._wait_for_object(act.object, act.start, 20.0)
         self._tell(story.table(self._table))
 
@@ -142,7 +142,9 @@ class DemoNode(Node):
         self._keep_middle('a person shows')
         self._tell(story.demonstration(demo))
         if (demo.object, demo.x_i, demo.x_f) != (act.object, act.start, act.end):
-            raise StoryStopped(f'Expected to see {act.title()}; the camera saw something else.')
+            raise StoryStoppedError(
+                f'Expected to see {act.title()}; the camera saw something else.'
+            )
         goal_belief = self._until(
             lambda: next(iter(self._heard.beliefs), None), 10.0, 'a goal belief'
         )
@@ -169,7 +171,7 @@ class DemoNode(Node):
         listed = self._call(self._ask, AskHuman.Request(command=AskHuman.Request.LIST), 10.0)
         pending = [request for request in listed.pending if request.id == choice.id]
         if not pending:
-            raise StoryStopped(
+            raise StoryStoppedError(
                 f'Expected request {choice.id} to be pending, got: {listed.message}'
             )
         self._tell(f'The robot asks: {pending[0].question}')
@@ -193,7 +195,7 @@ class DemoNode(Node):
         request = ExecuteAction.Request(object=name, action=int(action))
         reply = self._call(self._human, request, 60.0)
         if not reply.success:
-            raise StoryStopped(f'Expected the hand to do {action.name}, got: {reply.message}')
+            raise StoryStoppedError(f'Expected the hand to do {action.name}, got: {reply.message}')
 
     def _wait_for_object(self, name: str, state: State, timeout: float) -> None:
         def seen() -> bool:
@@ -213,9 +215,9 @@ class DemoNode(Node):
         while not (value := predicate()):
             self._alive()
             if time.monotonic() > deadline:
-                raise StoryStopped(f'Expected {what} within {timeout:.0f} s, got nothing.')
+                raise StoryStoppedError(f'Expected {what} within {timeout:.0f} s, got nothing.')
             if not rclpy.ok():
-                raise StoryStopped('Interrupted.')
+                raise StoryStoppedError('Interrupted.')
             self._executor.spin_once(timeout_sec=0.1)
         return value
 
@@ -259,7 +261,7 @@ def play_story(
         for number, act in enumerate(acts, start=1):
             tell(f'\n{number}. {act.title()}')
             endings.append(node.play(act, seed))
-    except StoryStopped as stopped:
+    except StoryStoppedError as stopped:
         tell(f'The story stops here. {stopped}')
     finally:
         node.destroy_node()

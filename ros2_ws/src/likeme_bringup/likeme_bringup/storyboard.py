@@ -64,6 +64,7 @@ def draw_storyboard(rows: Sequence[Row], path: Path) -> Path:
 def _around_table(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The picture without its outer rim of floor, at the width of a panel."""
     height, width = rgb.shape[:2]
-    part = rgb[round(0.1 * height) : round(0.86 * height), round(0.1 * width) : round(0.86 * width)]
+    rows = slice(round(0.1 * height), round(0.86 * height))
+    part = rgb[rows, round(0.1 * width) : round(0.86 * width)]
     size = PANEL_WIDTH, round(part.shape[0] * PANEL_WIDTH / part.shape[1])
     return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)

@@ -1,0 +1,300 @@
+"""Hands and arms: what reaches in over the table's edge, told from the things it touches.
+
+Depth finds them (something large that comes in from outside the table, or is too large for a
+thing), the side they come in over says whose they are, and colour, learned on line from what was
+seen of them, cuts the held thing from the hand: glove or sleeve need no setting.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from likeme_perception.background import Background
+from likeme_perception.colour import UNKNOWN_LOG_DENSITY, LogDensity, OnlineColour, colour_bins
+from likeme_perception.config import PerceptionConfig, Rectangle
+from likeme_perception.growth import grown_by_colour, unlike_background
+from likeme_perception.rgbd import RgbdFrame
+from likeme_perception.segmentation import Blob, Index, blob_of, image_components
+
+ImageB = NDArray[np.uint8]
+ImageF = NDArray[np.float32]
+Box = tuple[int, int, int, int]
+
+# What reaches this far (m) beyond the table's edge at table height is no thing that lies on it.
+_REACH = 0.06
+# Area (m^2) that must be seen beyond that.
+_REACH_AREA = 0.0003
+# A hand or an arm rises at least this high (m) somewhere, and a part of one that the image cuts
+# off shows at least so many pixels of its edge.
+_RISEN = 0.03
+_EDGE_PIXELS = 30
+# A pixel of an intruder is a thing's when the catalogue explains its colour better by this log
+# ratio.
+_CUT = 1.0
+# A hand that is busy beside the table, this near (m), has not left it.
+_BESIDE = 0.15
+# A loose piece of a hand or an arm lies within its box or this many pixels beside it.
+_LOOSE = 20
+# How far (m) beside the table things are looked for in the pixels of a hand or an arm.
+_SEARCHED = 0.25
+# The tip of a hand: this much (m) of it from its farthest point.
+_TIP = 0.08
+
+
+class HandTip(NamedTuple):
+    """The foremost part of a hand over the table: x, y and low (10th percentile of height), m."""
+
+    x: float
+    y: float
+    low: float
+
+
+@dataclass(frozen=True, eq=False)
+class Intruders:
+    """Pixels of hand and arm (flat indices), their area (m^2) over the table, and the rest.
+
+    things: foreground that is neither hand nor arm.
+    """
+
+    hand: Index
+    arm: Index
+    hand_area: float
+    arm_area: float
+    tip: HandTip | None
+    things: tuple[Blob, ...]
+
+
+def sides_reached(
+    points: ImageF,
+    area: ImageF,
+    table: Rectangle,
+    floor: float,
+    sides: tuple[str, ...],
+) -> frozenset[str]:
+    """Over which of some sides of the table points (N, 3) reach in.
+
+    area: seen surface of each point, m^2. floor: points lower than this lie beside the table.
+    """
+    x, y, level = points[:, 0], points[:, 1], points[:, 2] > floor
+    beyond = {
+        'near': table.x_min - x,
+        'far': x - table.x_max,
+        'left': y - table.y_max,
+        'right': table.y_min - y,
+    }
+    return frozenset(
+        side for side in sides if area[level & (beyond[side] > _REACH)].sum() > _REACH_AREA
+    )
+
+
+def nearest_side(points: ImageF, table: Rectangle, sides: tuple[str, ...]) -> str:
+    """Which of some sides of the table points (N, 3) come closest to."""
+    x, y = points[:, 0], points[:, 1]
+    gap = {
+        'near': float(x.min()) - table.x_min,
+        'far': table.x_max - float(x.max()),
+        'left': table.y_max - float(y.max()),
+        'right': float(y.min()) - table.y_min,
+    }
+    return min(sides, key=lambda s: gap[s])
+
+
+class IntruderSegmenter:
+    """Finds hands and arms frame by frame, learning their colours as they come in."""
+
+    def __init__(self, config: PerceptionConfig, catalogue: LogDensity | None) -> None:
+        """catalogue: greatest log p(colour) of any known thing at each bin, None without any."""
+        self._config = config
+        self._catalogue = catalogue
+        self._before = {'hand': np.zeros(0, np.intp), 'arm': np.zeros(0, np.intp)}
+        self._colours = {'hand': OnlineColour(), 'arm': OnlineColour()}
+
+    def segment(
+        self, frame: RgbdFrame, foreground: ImageB, background: Background, protected: ImageB
+    ) -> Intruders:
+        """Split the foreground into hand, arm and things.
+
+        protected: pixels in which a resting thing was recognised unchanged, never hand or arm.
+        """
+        found: dict[str, list[Index]] = {'hand': [], 'arm': []}
+        rest: list[Blob] = []
+        for pixels in image_components(foreground):
+            blob = blob_of(pixels, frame.depth, background.view)
+            kind = self._kind(blob, frame, background)
+            if kind is None:
+                rest.append(blob)
+                continue
+            mine, other = self._cut(kind, blob, frame, background, protected)
+            found[kind].append(mine)
+            if len(other):
+                rest.append(blob_of(other, frame.depth, background.view))
+        boxes = {kind: _box(found[kind], frame.depth.shape[1]) for kind in found}
+        things = [blob for blob in rest if not self._joins(blob, frame, found, boxes)]
+        return self._result(found, things, frame, background, foreground)
+
+    def _kind(self, blob: Blob, frame: RgbdFrame, background: Background) -> str | None:
+        """'hand', 'arm' or, for a thing, None."""
+        c, table, points = self._config, background.area, blob.points
+        sides = c.human_sides + c.robot_sides
+        area = background.view.pixel_area(frame.depth.ravel()[blob.pixels])
+        reached = sides_reached(points, area, table, -c.fallen_depth, sides)
+        if not reached and sides and self._too_large(blob, frame.depth.shape):
+            reached = frozenset([nearest_side(points, table, sides)])
+        kinds = [
+            k for k, own in (('arm', c.robot_sides), ('hand', c.human_sides)) if reached & set(own)
+        ]
+        if len(kinds) < 2:
+            return kinds[0] if kinds else None
+        # Something spans the table: what it was in the frame before, it still is.
+        overlap = {
+            k: np.isin(blob.pixels, self._before[k], assume_unique=True).sum() for k in kinds
+        }
+        return max(kinds, key=lambda k: overlap[k])
+
+    def _too_large(self, blob: Blob, shape: tuple[int, ...]) -> bool:
+        """Whether a blob is larger than any thing, or large and cut off by the image's edge."""
+        if blob.points[:, 2].max() < _RISEN:
+            return False
+        size = float(np.ptp(blob.points[:, :2], axis=0).max())
+        rows, columns = np.divmod(blob.pixels, shape[1])
+        edge = (rows < 2) | (columns < 2) | (rows >= shape[0] - 2) | (columns >= shape[1] - 2)
+        cut_off = int(np.count_nonzero(edge)) > _EDGE_PIXELS
+        cut_off = cut_off and size > self._config.cut_off_length
+        return size > self._config.max_object_length or cut_off
+
+    def _cut(
+        self, kind: str, blob: Blob, frame: RgbdFrame, background: Background, protected: ImageB
+    ) -> tuple[Index, Index]:
+        """An intruder's own pixels and those of the things in front of, under or in it."""
+        kept = protected.ravel()[blob.pixels] > 0
+        own = blob.pixels[~kept][::3]
+        self._learn(kind, frame, own[unlike_background(frame, background, own)])
+        if self._catalogue is None:
+            return blob.pixels[~kept], blob.pixels[kept]
+        # Things are over the table or just beside it; the rest of a long arm need not be searched.
+        x, y = blob.points[:, 0], blob.points[:, 1]
+        near = np.flatnonzero(background.area.contains(x, y, _SEARCHED))
+        if len(near) == 0:
+            return blob.pixels, near
+        bins = colour_bins(frame.rgb, blob.pixels[near])
+        density = np.maximum(self._colours[kind].log_density[bins], UNKNOWN_LOG_DENSITY)
+        ratio = np.asarray(self._catalogue[bins] - density, np.float32)
+        thing = kept
+        thing[near] |= _smooth(ratio, blob.pixels[near], frame.depth.shape) > _CUT
+        return blob.pixels[~thing], blob.pixels[thing]
+
+    def _learn(self, kind: str, frame: RgbdFrame, pixels: Index) -> None:
+        """Learn an intruder's colour from its pixels, but for those a known thing may explain."""
+        bins = colour_bins(frame.rgb, pixels)
+        if self._catalogue is not None:
+            bins = bins[self._catalogue[bins] < UNKNOWN_LOG_DENSITY + 2.0]
+        self._colours[kind].show(bins)
+
+    def _joins(
+        self,
+        blob: Blob,
+        frame: RgbdFrame,
+        found: dict[str, list[Index]],
+        boxes: dict[str, Box | None],
+    ) -> bool:
+        """Whether a loose piece is a finger or a link that something in front cut off."""
+        near = [
+            k for k, box in boxes.items() if box and _near(blob.pixels, box, frame.depth.shape[1])
+        ]
+        if not near:
+            return False
+        bins = colour_bins(frame.rgb, blob.pixels)
+        known = UNKNOWN_LOG_DENSITY if self._catalogue is None else self._catalogue[bins]
+        known = np.maximum(known, UNKNOWN_LOG_DENSITY)
+        for kind in near:
+            colour = self._colours[kind]
+            if colour.known and float(np.mean(colour.log_density[bins] - known)) > 0.5:
+                found[kind].append(blob.pixels)
+                return True
+        return False
+
+    def _result(
+        self,
+        found: dict[str, list[Index]],
+        things: list[Blob],
+        frame: RgbdFrame,
+        background: Background,
+        foreground: ImageB,
+    ) -> Intruders:
+        none = np.zeros(0, np.intp)
+        hand, arm = (np.concatenate(found[k]) if found[k] else none for k in ('hand', 'arm'))
+        self._before = {'hand': hand, 'arm': arm}
+        colour = self._colours['hand'].log_density
+        more = grown_by_colour(frame, background, hand, colour, foreground)
+        return Intruders(
+            np.concatenate([hand, more]),
+            arm,
+            _area_over_table(hand, frame.depth, background, _BESIDE),
+            _area_over_table(arm, frame.depth, background),
+            _tip(hand, frame.depth, background, self._config.human_sides),
+            tuple(things),
+        )
+
+
+def _box(pixels: list[Index], width: int) -> Box | None:
+    """First and last row and column of some pixels with a margin for loose pieces."""
+    if not pixels:
+        return None
+    rows, columns = np.divmod(np.concatenate(pixels), width)
+    return (
+        int(rows.min()) - _LOOSE,
+        int(rows.max()) + _LOOSE,
+        int(columns.min()) - _LOOSE,
+        int(columns.max()) + _LOOSE,
+    )
+
+
+def _near(pixels: Index, box: Box, width: int) -> bool:
+    """Whether the middle of some pixels lies within a box."""
+    row, column = (float(v.mean()) for v in np.divmod(pixels, width))
+    return box[0] < row < box[1] and box[2] < column < box[3]
+
+
+def _smooth(values: ImageF, pixels: Index, shape: tuple[int, int]) -> ImageF:
+    """Mean over the pixels' own neighbours within a 7x7 window."""
+    rows, columns = np.divmod(pixels, shape[1])
+    r0, c0 = rows.min(), columns.min()
+    box = (int(rows.max() - r0) + 1, int(columns.max() - c0) + 1)
+    image, weight = np.zeros(box, np.float32), np.zeros(box, np.float32)
+    image[rows - r0, columns - c0] = values
+    weight[rows - r0, columns - c0] = 1
+    total, count = (cv2.boxFilter(i, -1, (7, 7), normalize=False) for i in (image, weight))
+    return cast(ImageF, (total / np.maximum(count, 1))[rows - r0, columns - c0])
+
+
+def _area_over_table(
+    pixels: Index, depth: ImageF, background: Background, margin: float = 0.0
+) -> float:
+    """Surface (m^2) of the pixels that hide table or hang over it or its margin (m)."""
+    z = depth.ravel()[pixels]
+    points = background.view.points(pixels, z)
+    over = background.area.contains(points[:, 0], points[:, 1], margin)
+    over |= background.table.ravel()[pixels]
+    return float(background.view.pixel_area(z[over]).sum())
+
+
+def _tip(
+    pixels: Index, depth: ImageF, background: Background, sides: tuple[str, ...]
+) -> HandTip | None:
+    """Where the hand's foremost part over the table is; the side it came in over is behind it."""
+    points = background.view.points(pixels, depth.ravel()[pixels])
+    over = background.area.contains(points[:, 0], points[:, 1])
+    if np.count_nonzero(over) < 20:
+        return None
+    side = nearest_side(points, background.area, sides)
+    inwards = {'near': (1, 0), 'far': (-1, 0), 'left': (0, -1), 'right': (0, 1)}[side]
+    ahead = points[over] @ np.array([*inwards, 0], np.float32)
+    tip = points[over][ahead > np.percentile(ahead, 99.5) - _TIP]
+    return HandTip(
+        float(tip[:, 0].mean()), float(tip[:, 1].mean()), float(np.percentile(tip[:, 2], 10))
+    )

@@ -1,0 +1,258 @@
+"""Perception on image files, without ROS: what it finds in a picture."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import cv2
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from likeme_perception.config import SIDES, PerceptionConfig, load_config
+from likeme_perception.identification import (
+    Catalogue,
+    catalogue_entry,
+    catalogue_yaml,
+    load_catalogue,
+)
+from likeme_perception.observation import TableObservation
+from likeme_perception.overlay import draw
+from likeme_perception.pipeline import TabletopPerception
+from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
+from likeme_perception.segmentation import Shape
+
+# Successive looks at one still image are this far apart, ns.
+_PERIOD = 100_000_000
+
+
+def read_frame(colour: Path, depth: Path) -> RgbdFrame:
+    """A frame from a colour image and a 16-bit depth image in mm."""
+    bgr = _image(colour, cv2.IMREAD_COLOR)
+    raw = _image(depth, cv2.IMREAD_UNCHANGED)
+    if raw.ndim != 2 or raw.dtype != np.uint16:
+        raise ValueError(
+            f'Expected 16-bit depth of one channel, got {raw.dtype} {raw.shape} in {depth}.'
+        )
+    rgb = np.ascontiguousarray(bgr[:, :, ::-1], np.uint8)
+    return RgbdFrame(0, str(colour), rgb, depth_in_metres(raw))
+
+
+def _image(path: Path, flags: int) -> NDArray[Any]:
+    image = cv2.imread(str(path), flags)
+    if image is None:
+        raise ValueError(f'Expected an image, got {path}.')
+    return image
+
+
+def read_intrinsics(path: Path | None, shape: tuple[int, ...]) -> Intrinsics:
+    """Intrinsics from JSON with fx, fy, cx, cy; None: a Kinect's, scaled to the image."""
+    if path is None:
+        scale = shape[1] / 640
+        return Intrinsics(
+            525 * scale, 525 * scale, (shape[1] - 1) / 2, (shape[0] - 1) / 2, shape[1], shape[0]
+        )
+    values = json.loads(path.read_text())
+    missing = {'fx', 'fy', 'cx', 'cy'} - set(values)
+    if missing:
+        raise ValueError(f'Expected {sorted(missing)[0]!r} in {path}, got {sorted(values)}.')
+    fx, fy, cx, cy = (float(values[k]) for k in ('fx', 'fy', 'cx', 'cy'))
+    return Intrinsics(fx, fy, cx, cy, shape[1], shape[0])
+
+
+def any_table(hands: bool) -> PerceptionConfig:
+    """Settings for a picture nothing is known of: camera pose and table from the picture itself.
+
+    hands: look for them, coming in over any side; that needs a picture of the empty table.
+    """
+    return PerceptionConfig(
+        reference_frame='table',
+        camera_position=None,
+        table=None,
+        work_area=None,
+        human_sides=SIDES if hands else (),
+        robot_sides=(),
+        background_frames=1,
+        empty_at_start=hands,
+        min_height=0.006,
+        max_object_length=0.6,
+        settle_time=0.0,
+        absence_time=0.0,
+    )
+
+
+def aligned(background: RgbdFrame, frame: RgbdFrame) -> tuple[RgbdFrame, float]:
+    """The background with its depth in line with a later frame, and how far off it still is.
+
+    Stereo cameras drift by some mm between two pictures, and one picture tells nothing of a
+    sensor's noise: both are read from how the two differ where nothing changed. Fits z_frame = a z
+    + b u + c v + d by least squares on the half that agrees best; also returns the robust standard
+    deviation, m.
+    """
+    rows, columns = np.indices(frame.depth.shape)
+    terms = np.stack([background.depth, columns / 640, rows / 640, np.ones_like(frame.depth)], -1)
+    both = np.isfinite(background.depth) & np.isfinite(frame.depth)
+    if np.count_nonzero(both) < 1000:
+        raise ValueError(f'Expected 1000 pixels with depth in both, got {np.count_nonzero(both)}.')
+    a, z = terms[both][::7].astype(np.float64), frame.depth[both][::7].astype(np.float64)
+    fit = np.array([1.0, 0.0, 0.0, 0.0])
+    for _ in range(8):
+        off = np.abs(z - a @ fit)
+        agree = off <= np.quantile(off, 0.5)
+        fit = np.linalg.lstsq(a[agree], z[agree], rcond=None)[0]
+    spread = 1.4826 * float(np.median(np.abs(z - a @ fit)))
+    return replace(background, depth=np.asarray(terms @ fit, np.float32)), spread
+
+
+def look_at(
+    frame: RgbdFrame,
+    intrinsics: Intrinsics,
+    background: RgbdFrame | None = None,
+    config: PerceptionConfig | None = None,
+    catalogue: Catalogue | None = None,
+) -> tuple[TableObservation, TabletopPerception]:
+    """Perceive one still frame; without a background its own plane decides."""
+    config = config or any_table(background is not None)
+    config = replace(config, background_frames=1)
+    if background is not None:
+        background, spread = aligned(background, frame)
+        config = replace(config, min_height=max(config.min_height, 3 * spread))
+    perception = TabletopPerception(config, intrinsics, catalogue or Catalogue(()))
+    table = perception.process(replace(background or frame, stamp=1))
+    for k in range(2 if background is None else 6):
+        table = perception.process(replace(frame, stamp=2 + k * _PERIOD))
+    return table, perception
+
+
+def described(table: TableObservation) -> dict[str, Any]:
+    """The observation as JSON values, lengths in m, angles in rad."""
+    return {
+        'hand_in_view': table.hand_in_view,
+        'arm_in_view': table.arm_in_view,
+        'hand_pixels': len(table.hand),
+        'objects': [
+            {
+                'name': o.name,
+                'state': o.state.name,
+                'state_probability': [round(p, 4) for p in o.state_probability],
+                'visible': o.visible,
+                'identity_probability': round(o.identity_probability, 4),
+            }
+            | (_shape_values(o.shape) if o.shape else {})
+            for o in table.objects
+        ],
+        'things': [{'pixels': len(p)} | _shape_values(s) for p, s in table.things],
+    }
+
+
+def _shape_values(shape: Shape) -> dict[str, Any]:
+    values = {
+        'yaw': shape.yaw,
+        'length': shape.length,
+        'width': shape.width,
+        'height': shape.height,
+    }
+    return {'centroid': [round(v, 4) for v in shape.centroid]} | {
+        k: round(v, 4) for k, v in values.items()
+    }
+
+
+def _in_words(table: TableObservation) -> str:
+    lines = [
+        f'{o.name}: {o.state.name}' + ('' if o.visible else ' (not in view)')
+        for o in table.objects
+    ]
+    for pixels, s in table.things:
+        x, y, _ = s.centroid
+        lines.append(
+            f'thing: at x {x:+.3f} m, y {y:+.3f} m, '
+            f'{100 * s.length:.1f} x {100 * s.width:.1f} cm, '
+            f'{100 * s.height:.1f} cm high, {len(pixels)} pixels'
+        )
+    if table.hand_in_view:
+        lines.append(f'hand: {len(table.hand)} pixels')
+    if table.arm_in_view:
+        lines.append(f'robot arm: {len(table.arm)} pixels')
+    return '\n'.join(lines) or 'nothing on the table'
+
+
+def _learned_entry(
+    name: str, frame: RgbdFrame, table: TableObservation, p: TabletopPerception
+) -> str:
+    """A catalogue entry, as YAML, of the largest thing in view."""
+    if not table.things or p.background is None:
+        raise ValueError('Expected one thing on the table to learn, got 0.')
+    pixels, shape = max(table.things, key=lambda thing: len(thing[0]))
+    colours: NDArray[np.uint8] = frame.rgb.reshape(-1, 3)[pixels]
+    area = float(p.background.view.pixel_area(frame.depth.ravel()[pixels]).sum())
+    return catalogue_yaml(Catalogue((catalogue_entry(name, [colours], [shape], [area]),)))
+
+
+app = typer.Typer(add_completion=False)
+
+
+@app.command()
+def look(
+    color: Annotated[Path, typer.Argument(help='Colour image.')],
+    depth: Annotated[Path, typer.Argument(help='Depth image, 16 bit, mm, registered to colour.')],
+    background_color: Annotated[
+        Path | None, typer.Option(help='Colour image of the empty table; with it hands are found.')
+    ] = None,
+    background_depth: Annotated[
+        Path | None, typer.Option(help='Depth image of the empty table.')
+    ] = None,
+    intrinsics: Annotated[
+        Path | None, typer.Option(help="JSON with fx, fy, cx, cy; without it a Kinect's.")
+    ] = None,
+    config: Annotated[
+        Path | None,
+        typer.Option(help='YAML of settings; without it the table is found in the image.'),
+    ] = None,
+    catalogue: Annotated[
+        Path | None, typer.Option(help='YAML of known objects; without it all are things.')
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help='Where to write the image with what was found.')
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option('--json', help='Print JSON instead of sentences.')
+    ] = False,
+    learn: Annotated[
+        str, typer.Option(help='Print a catalogue entry of this name for the largest thing.')
+    ] = '',
+) -> None:
+    """Say what is on the table in a colour and a depth image."""
+    try:
+        frame = read_frame(color, depth)
+        if (background_color is None) != (background_depth is None):
+            raise ValueError('Expected both --background-color and --background-depth, got one.')
+        empty = None
+        if background_color and background_depth:
+            empty = read_frame(background_color, background_depth)
+        camera = read_intrinsics(intrinsics, frame.depth.shape)
+        known = load_catalogue(catalogue) if catalogue else None
+        settings = load_config(config) if config else None
+        table, perception = look_at(frame, camera, empty, settings, known)
+        if learn:
+            typer.echo(_learned_entry(learn, frame, table, perception), nl=False)
+            return
+    except (ValueError, OSError) as error:
+        typer.echo(f'look: {error}', err=True)
+        raise typer.Exit(1) from error
+    if out is not None and perception.background is not None:
+        regions = perception.regions if settings is not None else None
+        image = draw(frame.rgb, table, perception.background.view, regions)
+        cv2.imwrite(str(out), image[:, :, ::-1])
+    typer.echo(json.dumps(described(table), indent=1) if as_json else _in_words(table))
+
+
+def main() -> None:
+    """Entry point of `look`."""
+    app()
+
+
+if __name__ == '__main__':
+    main()

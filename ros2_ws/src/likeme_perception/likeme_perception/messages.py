@@ -1,0 +1,173 @@
+"""Perception's values as ROS messages, and images and camera info as perception's values."""
+
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from likeme_msgs.msg import Demonstration as DemonstrationMsg
+from likeme_msgs.msg import ObjectState, TableState
+from likeme_perception.config import PerceptionConfig
+from likeme_perception.observation import Demonstration, ObjectObservation, TableObservation
+from likeme_perception.overlay import STATE_COLOURS
+from likeme_perception.regions import Regions, State
+from likeme_perception.rgbd import Intrinsics, RgbdFrame, decode_depth, decode_rgb
+
+SECOND = 1_000_000_000
+
+
+def nanoseconds(stamp: Time) -> int:
+    """A stamp in ns."""
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def time_of(stamp: int) -> Time:
+    """A stamp from ns."""
+    return Time(sec=stamp // SECOND, nanosec=stamp % SECOND)
+
+
+def frame_of(colour: Image, depth: Image) -> RgbdFrame:
+    """The frame in a pair of images, with the depth image's stamp.
+
+    Raises:
+        ValueError: an encoding is not known, or sizes do not fit.
+    """
+    rgb = decode_rgb(colour.data, colour.encoding, colour.height, colour.width, colour.step)
+    metres = decode_depth(
+        depth.data, depth.encoding, depth.height, depth.width, depth.step, bool(depth.is_bigendian)
+    )
+    return RgbdFrame(nanoseconds(depth.header.stamp), depth.header.frame_id, rgb, metres)
+
+
+def intrinsics_of(info: CameraInfo) -> Intrinsics:
+    """Intrinsics of a rectified camera, from P, or from K where P is not filled in."""
+    k = info.p if info.p[0] > 0 else None
+    fx, cx, fy, cy = (
+        (k[0], k[2], k[5], k[6]) if k is not None else (info.k[0], info.k[2], info.k[4], info.k[5])
+    )
+    return Intrinsics(
+        float(fx), float(fy), float(cx), float(cy), int(info.width), int(info.height)
+    )
+
+
+def table_state(table: TableObservation, header: Header, reference_frame: str) -> TableState:
+    """TableState with the header of the depth image."""
+    return TableState(
+        header=header,
+        reference_frame=reference_frame,
+        hand_in_view=table.hand_in_view,
+        arm_in_view=table.arm_in_view,
+        settled=table.settled,
+        objects=[object_state(seen) for seen in table.objects],
+    )
+
+
+def object_state(seen: ObjectObservation) -> ObjectState:
+    """ObjectState of one observation."""
+    x, y, z = seen.centroid
+    message = ObjectState(
+        name=seen.name,
+        state=int(seen.state),
+        state_probability=list(seen.state_probability),
+        visible=seen.visible,
+        settled=seen.settled,
+        centroid=Point(x=x, y=y, z=z),
+        identity_probability=seen.identity_probability,
+        last_seen=time_of(seen.last_seen),
+    )
+    if seen.shape is not None:
+        message.major_axis_yaw = seen.shape.yaw
+        message.major_axis_length = seen.shape.length
+        message.minor_axis_length = seen.shape.width
+        message.height = seen.shape.height
+    return message
+
+
+def demonstration(act: Demonstration, header: Header) -> DemonstrationMsg:
+    """Demonstration with the header of the depth image in which it was found complete."""
+    return DemonstrationMsg(
+        header=header,
+        object=act.object,
+        x_i=int(act.x_i),
+        x_f=int(act.x_f),
+        x_i_probability=list(act.x_i_probability),
+        x_f_probability=list(act.x_f_probability),
+        manner=int(act.manner),
+        manner_probability=act.manner_probability,
+        rise=act.rise,
+        start=time_of(act.start),
+        end=time_of(act.end),
+    )
+
+
+def image_message(rgb: np.ndarray, header: Header) -> Image:
+    """An rgb8 image."""
+    height, width = rgb.shape[:2]
+    message = Image(header=header, height=height, width=width, encoding='rgb8', step=3 * width)
+    message.data = array('B', np.ascontiguousarray(rgb).tobytes())
+    return message
+
+
+def table_markers(
+    table: TableObservation, config: PerceptionConfig, regions: Regions, stamp: Time
+) -> MarkerArray:
+    """Work area, blue line, and a sphere and a label for every object that is in view."""
+    header = Header(frame_id=config.reference_frame, stamp=stamp)
+    area, line = regions.work_area, regions.blue_line_y
+    corners = [(float(x), float(y)) for x, y in area.corners()]
+    markers = [
+        _line(header, 0, [*corners, corners[0]], (255, 255, 255), 0.004),
+        _line(header, 1, [(area.x_min, line), (area.x_max, line)], (40, 110, 255), 0.008),
+    ]
+    for k, seen in enumerate(table.objects):
+        markers += _object_markers(header, k, seen)
+    return MarkerArray(markers=markers)
+
+
+def _object_markers(header: Header, k: int, seen: ObjectObservation) -> list[Marker]:
+    sphere = Marker(header=header, ns='objects', id=k, type=Marker.SPHERE)
+    label = Marker(header=header, ns='labels', id=k, type=Marker.TEXT_VIEW_FACING)
+    if not seen.visible or seen.shape is None:
+        sphere.action = label.action = Marker.DELETE
+        return [sphere, label]
+    x, y, z = seen.shape.centroid
+    yaw = seen.shape.yaw
+    for marker in (sphere, label):
+        marker.color = _colour(STATE_COLOURS[State(seen.state)])
+        marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, z
+    sphere.pose.orientation.z, sphere.pose.orientation.w = (
+        float(np.sin(yaw / 2)),
+        float(np.cos(yaw / 2)),
+    )
+    sphere.scale.x, sphere.scale.y = max(seen.shape.length, 0.01), max(seen.shape.width, 0.01)
+    sphere.scale.z = max(seen.shape.height, 0.01)
+    label.pose.position.z = z + 0.06
+    label.scale.z = 0.03
+    label.text = f'{seen.name} {seen.state.name}'
+    return [sphere, label]
+
+
+def _line(
+    header: Header,
+    k: int,
+    points: list[tuple[float, float]],
+    colour: tuple[int, int, int],
+    width: float,
+) -> Marker:
+    marker = Marker(
+        header=header, ns='regions', id=k, type=Marker.LINE_STRIP, color=_colour(colour)
+    )
+    marker.scale.x = width
+    marker.pose.orientation.w = 1.0
+    marker.points = [Point(x=x, y=y, z=0.001) for x, y in points]
+    return marker
+
+
+def _colour(rgb: tuple[int, int, int]) -> ColorRGBA:
+    return ColorRGBA(r=rgb[0] / 255, g=rgb[1] / 255, b=rgb[2] / 255, a=0.9)

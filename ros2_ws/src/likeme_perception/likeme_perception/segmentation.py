@@ -1,0 +1,170 @@
+"""Foreground pixels to blobs: connected regions, their points, and their shape seen from above."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import cast
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from likeme_perception.view import TableView
+
+ImageF = NDArray[np.float32]
+ImageB = NDArray[np.uint8]
+Index = NDArray[np.intp]
+
+# Incidence (rad) beyond which a structured-light camera mostly has no reading; fits a Kinect's
+# frames.
+_STEEPEST = float(np.radians(65.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Blob:
+    """Pixels that belong together.
+
+    pixels: flat indices (N,). points: (N, 3) m, reference frame. area: seen surface, m^2.
+    """
+
+    pixels: Index
+    points: ImageF
+    area: float
+
+    def part(self, chosen: NDArray[np.bool_]) -> Blob:
+        """The blob of some of the pixels, their area in proportion."""
+        share = float(np.count_nonzero(chosen)) / max(len(self.pixels), 1)
+        return Blob(self.pixels[chosen], self.points[chosen], self.area * share)
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A blob seen from above: centroid and axes, m and rad.
+
+    centroid: middle of the covered cells and mean height. yaw: of the major axis, in (-pi/2,
+    pi/2].
+    """
+
+    centroid: tuple[float, float, float]
+    yaw: float
+    length: float
+    width: float
+    height: float
+
+
+def blob_of(pixels: Index, depth: ImageF, view: TableView) -> Blob:
+    """Points and area of some pixels (flat indices) that all have a depth reading."""
+    z = depth.ravel()[pixels]
+    return Blob(pixels, view.points(pixels, z), float(view.pixel_area(z).sum()))
+
+
+def merged(blobs: list[Blob]) -> Blob:
+    """One blob of several."""
+    return Blob(
+        np.concatenate([b.pixels for b in blobs]),
+        np.concatenate([b.points for b in blobs]),
+        sum(b.area for b in blobs),
+    )
+
+
+def image_components(mask: ImageB, least_pixels: int = 12) -> list[Index]:
+    """Flat pixel indices of each 8-connected region of a mask, largest first."""
+    left, top, wide, high = cv2.boundingRect(mask)
+    part = mask[top : top + high, left : left + wide]
+    if part.size == 0:
+        return []
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(part, connectivity=8)
+    found = []
+    for k in range(1, count):
+        x, y, w, h, area = (int(v) for v in stats[k])
+        if area < least_pixels:
+            continue
+        rows, columns = np.nonzero(labels[y : y + h, x : x + w] == k)
+        found.append((rows + y + top) * mask.shape[1] + columns + x + left)
+    return sorted(found, key=len, reverse=True)
+
+
+def _cells(points: ImageF, size: float) -> tuple[NDArray[np.int64], tuple[int, int]]:
+    """Flat top-view cell of each point and the grid's shape."""
+    low = points[:, :2].min(axis=0)
+    cell = ((points[:, :2] - low) / size).astype(np.int64)
+    shape = cell.max(axis=0) + 1
+    return cell[:, 0] * shape[1] + cell[:, 1], (int(shape[0]), int(shape[1]))
+
+
+def top_view_parts(blob: Blob, cell_size: float, least_area: float = 0.0) -> list[Blob]:
+    """Split a blob into what is connected seen from above: a thing hides no other there.
+
+    Two things that touch only in the image, one behind the other, come apart.
+    """
+    if len(blob.pixels) == 0:
+        return []
+    cell, shape = _cells(blob.points, cell_size)
+    if shape[0] * shape[1] > 4_000_000:
+        return [blob]
+    count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape)
+    _, labels = cv2.connectedComponents((count > 0).astype(np.uint8), connectivity=8)
+    label = labels.ravel()[cell]
+    if label.max() <= 1:
+        return [blob] if blob.area >= least_area else []
+    parts = [blob.part(label == k) for k in range(1, label.max() + 1)]
+    return [p for p in parts if p.area >= least_area]
+
+
+def shape_of(points: ImageF, cell_size: float = 0.005) -> Shape:
+    """Centroid and principal axes over the covered top-view cells.
+
+    Every covered cell counts once, so that a side which faces the camera does not pull the
+    centroid.
+    """
+    cell, shape = _cells(points, cell_size)
+    count = np.bincount(cell, minlength=shape[0] * shape[1])
+    covered = np.flatnonzero(count)
+    xy = np.stack(
+        [np.bincount(cell, points[:, k], len(count))[covered] / count[covered] for k in (0, 1)],
+        axis=1,
+    )
+    centre = xy.mean(axis=0)
+    spread = (xy - centre).T @ (xy - centre) / len(xy) + np.eye(2) * cell_size**2 / 12
+    axes = np.linalg.eigh(spread)[1]
+    major = axes[:, 1]
+    some = points[:: max(1, len(points) // 500)]
+    along, across = (some[:, :2] - centre) @ major, (some[:, :2] - centre) @ axes[:, 0]
+    # One in a hundred points at either end is noise; what it cuts off is about a cell.
+    length, width = (float(np.ptp(np.percentile(v, [1, 99]))) for v in (along, across))
+    yaw = float(np.arctan2(major[1], major[0]))
+    yaw = yaw - np.pi if yaw > np.pi / 2 else yaw + np.pi if yaw <= -np.pi / 2 else yaw
+    return Shape(
+        (float(centre[0]), float(centre[1]), float(points[:, 2].mean())),
+        yaw,
+        max(length, width),
+        min(length, width),
+        float(np.percentile(some[:, 2], 99)),
+    )
+
+
+def completed(shape: Shape, camera: ImageF) -> Shape:
+    """The shape with its centroid moved by what a round thing hides of itself.
+
+    A ball of radius r seen at angle t from the vertical shows its plan from -r sin(q - t) on the
+    far side to r min(1, sin(q + t)) on the near side, where q is the steepest incidence that is
+    read. camera: the camera's position, m.
+    """
+    x, y, z = shape.centroid
+    away = np.array([x - camera[0], y - camera[1]])
+    distance = float(np.hypot(*away))
+    if distance < 1e-6:
+        return shape
+    t = float(np.arctan2(distance, max(camera[2] - shape.height / 2, 1e-6)))
+    near = 1.0 if t + _STEEPEST > np.pi / 2 else float(np.sin(_STEEPEST + t))
+    radius = min(max(shape.height, 0.0), shape.length) / 2
+    shift = radius * (near - float(np.sin(_STEEPEST - t))) / 2
+    dx, dy = (float(v) for v in shift * away / distance)
+    return replace(shape, centroid=(x + dx, y + dy, z))
+
+
+def mask_of(pixels: Index, shape: tuple[int, int]) -> ImageB:
+    """An image (H, W) of 0 and 1 from flat pixel indices."""
+    mask = np.zeros(shape[0] * shape[1], np.uint8)
+    mask[pixels] = 1
+    return cast(ImageB, mask.reshape(shape))

@@ -1,0 +1,107 @@
+"""The camera over the table: from pixels with depth to points in the reference frame and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from likeme_perception.plane import Plane
+from likeme_perception.rgbd import Intrinsics, rays
+
+ImageF = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class TableView:
+    """A camera whose pose over the table is known.
+
+    pose: 4x4 transform from the optical frame to the reference frame, whose z = 0 is the table
+    top.
+    """
+
+    intrinsics: Intrinsics
+    pose: NDArray[np.float64]
+
+    @cached_property
+    def directions(self) -> ImageF:
+        """Viewing rays in the reference frame, scaled to unit depth, (H*W, 3)."""
+        turned = rays(self.intrinsics).reshape(-1, 3) @ self.pose[:3, :3].T.astype(np.float32)
+        return np.ascontiguousarray(turned, np.float32)
+
+    @property
+    def slope(self) -> ImageF:
+        """How much a pixel's ray rises per m of depth, (H, W); negative looking down."""
+        return self.directions[:, 2].reshape(self.intrinsics.shape)
+
+    @property
+    def origin(self) -> ImageF:
+        """The camera's position, m."""
+        return self.pose[:3, 3].astype(np.float32)
+
+    def points(self, pixels: NDArray[np.intp], depth: ImageF) -> ImageF:
+        """Points (N, 3) of flat pixel indices (N,) with their depths (N,), m."""
+        return np.asarray(self.directions[pixels] * depth[:, None] + self.origin, np.float32)
+
+    def depth_at_height(self, height: float | ImageF) -> ImageF:
+        """Depth at which each pixel's ray has this height over the table, (H, W); inf if never."""
+        slope = self.slope
+        with np.errstate(divide='ignore', invalid='ignore'):
+            depth = (np.float32(height) - self.origin[2]) / slope
+        return np.where(depth > 0, depth, np.inf).astype(np.float32)
+
+    @cached_property
+    def ground(self) -> ImageF:
+        """Where each pixel's ray meets the table plane, (x, y) in m, (H, W, 2); NaN if never."""
+        depth = self.depth_at_height(0.0).reshape(-1, 1)
+        depth = np.where(np.isfinite(depth), depth, np.nan)
+        xy = self.directions[:, :2] * depth + self.origin[:2]
+        return np.asarray(xy.reshape(*self.intrinsics.shape, 2), np.float32)
+
+    def pixel_area(self, depth: ImageF) -> ImageF:
+        """Area one pixel covers at a depth, square to the view, m^2."""
+        return np.asarray(depth**2 / (self.intrinsics.fx * self.intrinsics.fy), np.float32)
+
+    def project(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Pixel coordinates (u, v) of points (N, 3) in the reference frame, (N, 2)."""
+        local = (np.asarray(points, float) - self.pose[:3, 3]) @ self.pose[:3, :3]
+        z = np.maximum(local[:, 2], 1e-6)
+        k = self.intrinsics
+        return np.stack([k.fx * local[:, 0] / z + k.cx, k.fy * local[:, 1] / z + k.cy], axis=1)
+
+
+def levelled(pose: NDArray[np.float64], plane: Plane) -> NDArray[np.float64]:
+    """The pose turned and lifted by as little as makes the seen table plane exactly z = 0.
+
+    plane: in the optical frame. The rotation is the smallest one that takes its normal to +z.
+    """
+    normal = pose[:3, :3] @ np.asarray(plane.normal)
+    axis = np.cross(normal, [0.0, 0.0, 1.0])
+    sine, cosine = float(np.linalg.norm(axis)), float(normal[2])
+    turn = np.eye(3)
+    if sine > 1e-12:
+        k = axis / sine
+        skew = np.array([[0, -k[2], k[1]], [k[2], 0, -k[0]], [-k[1], k[0], 0]])
+        turn = np.eye(3) + sine * skew + (1 - cosine) * skew @ skew
+    level = pose.copy()
+    level[:3, :3] = turn @ pose[:3, :3]
+    level[2, 3] = plane.offset
+    return level
+
+
+def pose_from_plane(plane: Plane) -> NDArray[np.float64]:
+    """A camera pose from the table alone: origin under the optical axis, x up in the image."""
+    z = np.asarray(plane.normal)
+    x = -np.array([0.0, 1.0, 0.0]) + z[1] * z
+    x /= np.linalg.norm(x)
+    rotation = np.stack([x, np.cross(z, x), z])
+    if abs(z[2]) < 1e-3:
+        raise ValueError(
+            f'Expected a camera that looks at the table, got a view {z[2]:.4f} along it.'
+        )
+    foot = np.array([0.0, 0.0, -plane.offset / z[2]])
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation, -rotation @ foot
+    return pose

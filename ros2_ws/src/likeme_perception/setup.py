@@ -1,0 +1,27 @@
+from setuptools import find_packages, setup
+
+package = 'likeme_perception'
+
+setup(
+    name=package,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={'': ['**/*.csv', '**/*.json', '**/*.obj', '**/*.png', '**/*.urdf', '**/*.yaml']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    maintainer='LikeMe maintainers',
+    maintainer_email='maintainers@likeme.invalid',
+    description='From RGB-D frames to what is where, and who did what.',
+    license='Apache-2.0',
+    extras_require={'test': ['pytest']},
+    entry_points={
+        'console_scripts': [
+            'look = likeme_perception.look:main',
+            'perception_node = likeme_perception.perception_node:main',
+        ],
+    },
+)

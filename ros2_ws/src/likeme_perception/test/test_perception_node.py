@@ -1,0 +1,176 @@
+"""The node on its own ROS domain: images in, table state out, bad input counted."""
+
+from __future__ import annotations
+
+import time
+from array import array
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from domain_coordinator import domain_id  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
+from visualization_msgs.msg import MarkerArray  # noqa: E402
+
+from likeme_msgs.msg import ObjectState, TableState  # noqa: E402
+from likeme_perception.messages import time_of  # noqa: E402
+from likeme_perception.perception_node import PerceptionNode  # noqa: E402
+from likeme_perception.rgbd import RgbdFrame  # noqa: E402
+
+COLOUR, DEPTH = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
+
+
+class Rig:
+    """The node, and a probe that plays the camera and listens."""
+
+    def __init__(self) -> None:
+        frames = Parameter('background_frames', value=5)
+        self.node = PerceptionNode([frames, Parameter('min_object_area', value=0.0002)])
+        self.probe = rclpy.create_node('probe')
+        self._send = {
+            topic: self.probe.create_publisher(kind, topic, 5)
+            for topic, kind in (
+                (COLOUR, Image),
+                (DEPTH, Image),
+                ('camera/rgb/camera_info', CameraInfo),
+            )
+        }
+        self.states: list[TableState] = []
+        self.diagnostics: list[DiagnosticArray] = []
+        self.markers: list[MarkerArray] = []
+        self.probe.create_subscription(TableState, 'table_state', self.states.append, 10)
+        self.probe.create_subscription(
+            DiagnosticArray, '/diagnostics', self.diagnostics.append, 10
+        )
+        self.probe.create_subscription(MarkerArray, 'table_markers', self.markers.append, 10)
+        self.executor = SingleThreadedExecutor()
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.probe)
+        self.until(
+            lambda: all(p.get_subscription_count() for p in self._send.values()), 'discovery'
+        )
+
+    def until(self, met: Callable[[], bool], what: str, seconds: float = 15.0) -> None:
+        """Spin until a condition holds."""
+        end = time.monotonic() + seconds
+        while not met():
+            assert time.monotonic() < end, f'{what} did not come within {seconds} s'
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def info(self, frame: RgbdFrame) -> None:
+        """Send camera_info and wait until the node has it."""
+        height, width = frame.depth.shape
+        info = CameraInfo(height=height, width=width)
+        info.k = [262.5, 0.0, 159.5, 0.0, 262.5, 119.5, 0.0, 0.0, 1.0]
+        self._send['camera/rgb/camera_info'].publish(info)
+        self.until(lambda: self.node._intrinsics is not None, 'camera_info')
+
+    def send(
+        self, frame: RgbdFrame, encoding: str = 'rgb8', depth: np.ndarray | None = None
+    ) -> None:
+        """Send one frame and wait until the node has judged it."""
+        mm = np.nan_to_num(frame.depth * 1000).astype(np.uint16) if depth is None else depth
+        before = self.judged
+        for topic, pixels, kind in ((COLOUR, frame.rgb, encoding), (DEPTH, mm, '16UC1')):
+            image = Image(height=pixels.shape[0], width=pixels.shape[1], encoding=kind)
+            image.step = pixels[0].nbytes
+            image.data = array('B', np.ascontiguousarray(pixels).tobytes())
+            image.header.stamp = time_of(frame.stamp)
+            image.header.frame_id = 'camera_rgb_optical_frame'
+            self._send[topic].publish(image)
+        self.until(lambda: self.judged > before, 'a judgement of the frame')
+
+    @property
+    def judged(self) -> int:
+        return self.node.frames_read + sum(self.node._drops.values())
+
+    def dropped(self) -> dict[str, int]:
+        return dict(self.node._drops)
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    with domain_id() as domain:
+        rclpy.init(domain_id=domain)
+        made = Rig()
+        yield made
+        made.executor.shutdown()
+        made.node.destroy_node()
+        made.probe.destroy_node()
+        rclpy.try_shutdown()
+
+
+def test_table_state_follows_the_depth_images_header(rig: Rig, studio) -> None:
+    rig.info(studio.frame())
+    for _ in range(8):
+        frame = studio.frame()
+        rig.send(frame)
+    rig.until(lambda: len(rig.states) >= 2, 'a table state')
+    state = rig.states[-1]
+    assert state.header.frame_id == 'camera_rgb_optical_frame'
+    assert state.reference_frame == 'base_link'
+    assert [o.name for o in state.objects] == ['pear', 'lemon', 'chicken']
+    assert {o.state for o in state.objects} == {ObjectState.UNKNOWN} or {
+        o.state for o in state.objects
+    } == {ObjectState.OFFTABLE}
+    assert len(rig.states) <= 4, 'nothing may be said before the background is known'
+    rig.until(lambda: bool(rig.markers), 'markers')
+    rig.until(lambda: any(_level(d) == 0 for d in rig.diagnostics), 'diagnostics that are OK')
+
+
+def _level(message: DiagnosticArray) -> int:
+    return int.from_bytes(message.status[0].level, 'little')
+
+
+def test_bad_input_is_dropped_and_counted(rig: Rig, studio) -> None:
+    rig.send(studio.frame())
+    assert rig.dropped() == {'no camera_info': 1}
+    rig.info(studio.frame())
+    rig.send(studio.frame(), encoding='mono8')
+    frame = studio.frame()
+    rig.send(frame, depth=np.ones((8, 8), np.uint16))
+    rig.send(studio.frame(), depth=np.zeros(frame.depth.shape, np.uint16))
+    rig.send(frame)
+    assert rig.dropped() == {
+        'no camera_info': 1, 'encoding': 1, 'size': 1, 'no depth': 1, 'older than the last': 1,
+    }  # fmt: skip
+    rig.send(studio.frame())
+    rig.until(lambda: any('dropped: size' in _keys(d) for d in rig.diagnostics), 'the count')
+
+
+def _keys(message: DiagnosticArray) -> set[str]:
+    return {value.key for value in message.status[0].values}
+
+
+def test_a_simulation_that_starts_anew_is_followed(rig: Rig, studio) -> None:
+    rig.info(studio.frame())
+    studio.stamp = 60_000_000_000
+    for _ in range(7):
+        rig.send(studio.frame())
+    studio.stamp = 0
+    for _ in range(4):
+        rig.send(studio.frame())
+    assert rig.dropped() == {'older than the last': 1}
+    rig.until(lambda: bool(rig.states) and rig.states[-1].header.stamp.sec < 50, 'a state again')
+
+
+def test_parameters_out_of_range_are_refused(rig: Rig) -> None:
+    for name, value, said in (
+        ('min_height', 5.0, ''),
+        ('work_area', [0.6, 0.3, -0.3, 0.3], 'x_min < x_max'),
+        ('work_area', [0.6, 0.3], 'work_area as 4 numbers'),
+        ('camera_quaternion', [0.0, 0.0, 0.0, 2.0], 'quaternion of length 1'),
+        ('human_sides', ['north'], 'human_sides among'),
+        ('catalogue_file', '/nowhere.yaml', 'nowhere'),
+    ):
+        result = rig.node.set_parameters([Parameter(name, value=value)])[0]
+        assert not result.successful
+        assert said in result.reason
+    assert rig.node.set_parameters([Parameter('blue_line_y', value=0.05)])[0].successful
+    assert rig.node._config.blue_line_y == 0.05
