@@ -100,7 +100,7 @@ class CameraMount:
     rate: float = 30.0
 
     def pose(self) -> NDArray[np.float64]:
-        """4x4 transform from the optical frame to base_link; up in the image is away from the robot."""
+        """4x4 transform from the optical frame to base_link; up in the image is away from it."""
         eye = np.asarray(self.position)
         forward = np.asarray(self.target) - eye
         forward /= np.linalg.norm(forward)

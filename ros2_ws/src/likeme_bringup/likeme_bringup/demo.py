@@ -151,7 +151,7 @@ def _operator(who: Who) -> Operator:
 def _ask_at_keyboard(request: Any) -> tuple[int, str]:
     answers = {'done': DONE_BY_HAND, 'try': TRY_ANYWAY, 'skip': SKIP}
     _tell(
-        '  done: you do it (the simulated hand moves for you); try: let the robot try; skip: leave it'
+        '  done: you do it (the simulated hand moves for you); try: the robot tries; skip: leave it'
     )
     try:
         word = Prompt.ask('Your answer', choices=list(answers), default='done', console=console)
