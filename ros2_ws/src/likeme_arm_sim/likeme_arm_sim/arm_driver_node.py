@@ -35,7 +35,7 @@ from likeme_msgs.srv import ExecuteAction, ResetCell
 RCLError = rclpy_implementation.RCLError
 
 STEPS_PER_CLOCK = 4
-BUSY = 'Another motion is in progress: nothing was started.'
+BUSY = 'My last motion is still in progress: nothing was started.'
 RESET_BUSY = 'A motion is in progress: hold it before the cell is reset.'
 DEFAULT_STATES = ['pear:RIGHT', 'lemon:LEFT', 'chicken:RIGHT']
 
@@ -63,7 +63,8 @@ class ArmDriverNode(Node):
         self._declare_parameters()
         self.cell = Cell(Scene(), self._get('seed'), self._settings())
 
-        # All that touches the simulation runs there, one job at a time: others are told BUSY.
+        # All that touches the simulation runs there, one job at a time. Robot and person wait for
+        # each other: a hand that is leaving must not make the arm refuse its turn.
         self._worker = Worker(self._idle, self._on_idle_error)
         self._epoch = time.time_ns() - round(self.cell.time * 1e9)
         self._steps_per_frame = max(1, round(STEP_RATE / self._get('camera_rate')))
@@ -186,7 +187,7 @@ class ArmDriverNode(Node):
     def _execute(
         self, actor: Actor, request: ExecuteAction.Request, response: ExecuteAction.Response
     ) -> ExecuteAction.Response:
-        self._begun = self._worker.submit(lambda: self._run(actor, request))
+        self._begun = self._worker.submit(actor.value, lambda: self._run(actor, request))
         if self._begun is None:
             self._fill(response, MotionResult(Outcome.BUSY, BUSY))
         return response
@@ -231,7 +232,8 @@ class ArmDriverNode(Node):
     def _reset(
         self, request: ResetCell.Request, response: ResetCell.Response
     ) -> ResetCell.Response:
-        self._begun = self._worker.submit(lambda: self._set_up(request))
+        if not self._worker.busy:
+            self._begun = self._worker.submit('reset', lambda: self._set_up(request))
         response.message = RESET_BUSY
         return response
 

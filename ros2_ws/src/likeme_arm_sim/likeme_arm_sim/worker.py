@@ -3,39 +3,48 @@
 from __future__ import annotations
 
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Any
+from typing import Any, NamedTuple
+
+
+class Job(NamedTuple):
+    """Something to be done for somebody."""
+
+    owner: str
+    run: Callable[[], Any]
+    future: Future[Any]
 
 
 class Worker:
     """Runs jobs one after another in a thread of its own, and `idle` again and again between them.
 
-    A job or `idle` that fails is told to `on_error`; the thread lives on.
+    Every owner may have one job that runs or waits for the others' to end. A job or `idle` that fails is told to `on_error`; the thread lives on.
     """
 
     def __init__(self, idle: Callable[[], None], on_error: Callable[[Exception], None]) -> None:
         self._idle, self._on_error = idle, on_error
         self._lock, self._stopping = threading.Lock(), threading.Event()
-        self._job: tuple[Callable[[], Any], Future[Any]] | None = None
+        self._jobs: deque[Job] = deque()
         self._thread = threading.Thread(target=self._run, name='simulation', daemon=True)
 
     @property
     def busy(self) -> bool:
         """Whether a job runs or is about to."""
-        return self._job is not None
+        return bool(self._jobs)
 
     def start(self) -> None:
         """Begin to idle and to take jobs."""
         self._thread.start()
 
-    def submit(self, job: Callable[[], Any]) -> Future[Any] | None:
-        """Have a job done next; None when another one has not ended."""
+    def submit(self, owner: str, job: Callable[[], Any]) -> Future[Any] | None:
+        """Have a job done as soon as may be; None when this owner's last one has not ended."""
         with self._lock:
-            if self._job is not None or self._stopping.is_set():
+            if self._stopping.is_set() or any(other.owner == owner for other in self._jobs):
                 return None
             future: Future[Any] = Future()
-            self._job = (job, future)
+            self._jobs.append(Job(owner, job, future))
             return future
 
     def stop(self, seconds: float = 5.0) -> None:
@@ -45,19 +54,19 @@ class Worker:
             self._thread.join(seconds)
 
     def _run(self) -> None:
-        while not self._stopping.is_set() or self._job is not None:
-            work = self._job
-            if work is None:
+        while not self._stopping.is_set() or self._jobs:
+            if not self._jobs:
                 self._try(self._idle)
                 continue
-            job, future = work
+            # It stays in the queue until it has ended, so that `busy` and `submit` see it.
+            _, run, future = self._jobs[0]
             try:
-                result = job()
+                result = run()
             except Exception as error:
-                self._job = None
+                self._jobs.popleft()
                 future.set_exception(error)
             else:
-                self._job = None
+                self._jobs.popleft()
                 future.set_result(result)
 
     def _try(self, idle: Callable[[], None]) -> None:

@@ -29,25 +29,37 @@ def worker(idled: threading.Event) -> Iterator[Worker]:
 
 def test_idles_until_there_is_a_job(worker: Worker, idled: threading.Event) -> None:
     assert idled.wait(5.0)
-    job = worker.submit(lambda: threading.current_thread().name)
+    job = worker.submit('arm', lambda: threading.current_thread().name)
     assert job is not None
     assert job.result(5.0) == 'simulation'
 
 
-def test_takes_one_job_at_a_time(worker: Worker) -> None:
+def test_takes_one_job_of_an_owner_at_a_time(worker: Worker) -> None:
     go_on = threading.Event()
-    first = worker.submit(lambda: go_on.wait(5.0))
+    first = worker.submit('arm', lambda: go_on.wait(5.0))
     assert first is not None
-    assert worker.submit(lambda: True) is None
+    assert worker.submit('arm', lambda: True) is None
     go_on.set()
     assert first.result(5.0)
-    again = worker.submit(lambda: True)
+    again = worker.submit('arm', lambda: True)
     assert again is not None
     assert again.result(5.0)
 
 
+def test_a_job_of_another_owner_waits_for_its_turn(worker: Worker) -> None:
+    go_on, order = threading.Event(), []
+    first = worker.submit('human', lambda: go_on.wait(5.0) and order.append('human'))
+    second = worker.submit('arm', lambda: order.append('arm'))
+    assert first is not None
+    assert second is not None
+    assert not second.done()
+    go_on.set()
+    second.result(5.0)
+    assert order == ['human', 'arm']
+
+
 def test_a_failing_job_is_told_and_survived(worker: Worker) -> None:
-    failing = worker.submit(lambda: 1 / 0)
+    failing = worker.submit('arm', lambda: 1 / 0)
     assert failing is not None
     assert isinstance(failing.exception(5.0), ZeroDivisionError)
     assert not worker.busy
@@ -70,4 +82,4 @@ def test_failing_idling_is_told_and_survived() -> None:
 
 def test_a_stopped_worker_takes_nothing(worker: Worker) -> None:
     worker.stop()
-    assert worker.submit(lambda: True) is None
+    assert worker.submit('arm', lambda: True) is None
