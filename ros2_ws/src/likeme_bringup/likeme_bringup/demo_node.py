@@ -158,7 +158,6 @@ class DemoNode(Node):
         )
         self._by_hand(act.object, act.undo)
         self._reel.clear()
-        self._wait_for_object(act.object, act.start, 20.0)
 
     def _next_decision(self) -> Decision:
         choice = self._until(
