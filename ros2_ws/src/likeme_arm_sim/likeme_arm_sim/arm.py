@@ -19,19 +19,21 @@ from likeme_arm_sim.kinematics import (
     Vector,
     load_panda,
 )
+from likeme_arm_sim.physics import GripperPhysics
 from likeme_arm_sim.world import TIME_STEP, Pose
 
 BASE_LINK = 'panda_link0'
 
+# Between the fingers, m.
 OPEN_WIDTH = 0.08
 # Narrower than any toy: closing to less means that nothing is between the fingers, m.
 EMPTY_WIDTH = 0.012
 # The joints' brakes are that much stronger than their motors.
 BRAKE = 20.0
-FINGER_FORCE = 15.0
-FINGER_FRICTION = 0.9
+# Of a straight line: m between two solutions of inverse kinematics, and m/s^2.
 WAYPOINT_SPACING = 0.01
 LINE_ACCELERATION = 1.2
+# Of a swing, rad/s^2.
 JOINT_ACCELERATION = 6.0
 
 
@@ -64,10 +66,15 @@ class Arm:
     """A Panda in the world's client. Every motion calls `tick` once per physics step."""
 
     def __init__(
-        self, client: Any, kinematics: Kinematics, tick: Callable[[], None], speed: float = 1.0
+        self,
+        client: Any,
+        kinematics: Kinematics,
+        tick: Callable[[], None],
+        speed: float = 1.0,
+        gripper: GripperPhysics | None = None,
     ) -> None:
         self._client, self._kinematics, self._tick = client, kinematics, tick
-        self.speed = speed
+        self.speed, self._gripper = speed, gripper or GripperPhysics()
         self.body = load_panda(client)
         self._links = {
             client.getJointInfo(self.body, joint)[12].decode(): joint
@@ -239,19 +246,23 @@ class Arm:
                 joint,
                 pybullet.POSITION_CONTROL,
                 targetPosition=width / 2,
-                force=FINGER_FORCE,
-                maxVelocity=0.1,
+                force=self._gripper.force,
+                maxVelocity=self._gripper.speed,
             )
 
     def _prepare_gripper(self) -> None:
         left, right = FINGER_JOINTS
+        physics = self._gripper
         for joint in FINGER_JOINTS:
             self._client.changeDynamics(
-                self.body, joint, lateralFriction=FINGER_FRICTION, spinningFriction=0.002
+                self.body,
+                joint,
+                lateralFriction=physics.friction,
+                spinningFriction=physics.spinning_friction,
             )
         # The real hand drives both fingers with one motor; the URDF's mimic tag is not read.
         gear = self._client.createConstraint(
             self.body, left, self.body, right, pybullet.JOINT_GEAR, (1, 0, 0), (0, 0, 0), (0, 0, 0)
         )
-        self._client.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=50)
+        self._client.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=physics.gear_force)
         assert self._client.getJointInfo(self.body, GRASP_LINK)[12] == b'panda_grasptarget'

@@ -17,7 +17,8 @@ from likeme_arm_sim.human_hand import HumanHand
 from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.kinematics import Kinematics
-from likeme_arm_sim.layout import Placement, draw_layout
+from likeme_arm_sim.layout import Placement, draw_layout, wanted_states
+from likeme_arm_sim.physics import Physics
 from likeme_arm_sim.primitives import (
     Ending,
     ObjectView,
@@ -35,6 +36,7 @@ Look = Callable[[str], ObjectView | None]
 OnTick = Callable[[], None]
 
 HELD = 'The cell is held: nothing moves until it is resumed.'
+# After the toys were put down, s.
 SETTLING_TIME = 0.6
 
 
@@ -63,7 +65,8 @@ class CellSettings:
     """What may differ between two cells of the same scene.
 
     arm_speed, human_speed: factors on the usual speeds. noise: of the camera, None for the
-    published figures. initial_states: of toys not named, RIGHT.
+    published figures. initial_states: of toys not named, RIGHT. physics: masses, frictions and
+    forces.
     """
 
     arm_speed: float = 1.0
@@ -77,6 +80,7 @@ class CellSettings:
         }
     )
     primitives: PrimitiveSettings = field(default_factory=PrimitiveSettings)
+    physics: Physics = field(default_factory=Physics)
 
 
 class Cell:
@@ -85,8 +89,9 @@ class Cell:
     def __init__(self, scene: Scene, seed: int, settings: CellSettings | None = None) -> None:
         self.scene, self.settings = scene, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
-        self.world = World(scene, {name: TOYS[name] for name in scene.objects})
-        self.arm = Arm(self.world.client, Kinematics(), self._tick, self.settings.arm_speed)
+        physics, speed = self.settings.physics, self.settings.arm_speed
+        self.world = World(scene, {name: TOYS[name] for name in scene.objects}, physics)
+        self.arm = Arm(self.world.client, Kinematics(), self._tick, speed, physics.gripper)
         self.hand = HumanHand(self.world, self._tick)
         pace = DemonstratorSettings(speed=self.settings.human_speed)
         self._demonstrator = Demonstrator(self.world, self.hand, scene, pace)
@@ -175,7 +180,7 @@ class Cell:
         Raises:
             ValueError: unknown objects or states, or not one state an object.
         """
-        wanted = self._wanted(objects, states)
+        wanted = wanted_states(self.scene, objects, states)
         self.arm.reset()
         self.hand.reset()
         if not wanted:
@@ -213,6 +218,10 @@ class Cell:
         except StoppedError:
             self._halt()
             return Ending(Outcome.HELD, self._stopped_because())
+        except BaseException:
+            # Nobody steers any more: without this the arm would go on to its last target.
+            self._halt()
+            raise
         finally:
             self._on_tick = _nothing
 
@@ -250,23 +259,8 @@ class Cell:
 
     def _initial_states(self) -> dict[str, State]:
         given = self.settings.initial_states
-        for name in given:
-            if name not in self.scene.objects:
-                raise ValueError(f"Expected one of {', '.join(self.scene.objects)}, got '{name}'.")
-        return {name: given.get(name, State.RIGHT) for name in self.scene.objects}
-
-    def _wanted(self, objects: Sequence[str], states: Sequence[int]) -> dict[str, State]:
-        if len(objects) != len(states):
-            raise ValueError(f'Expected {len(objects)} states, one an object, got {len(states)}.')
-        for name in objects:
-            if name not in self.scene.objects:
-                raise ValueError(f"Expected one of {', '.join(self.scene.objects)}, got '{name}'.")
-        for state in states:
-            if state not in list(State):
-                raise ValueError(f'Expected a state from 0 to 2, got {state}.')
-        if len(set(objects)) != len(objects):
-            raise ValueError(f'Expected each object once, got {len(objects)} names, some twice.')
-        return {name: State(state) for name, state in zip(objects, states, strict=True)}
+        rest = dict.fromkeys(self.scene.objects, State.RIGHT)
+        return rest | wanted_states(self.scene, list(given), list(given.values()))
 
     def _lay(self, layout: Mapping[str, Placement]) -> None:
         for name, place in layout.items():

@@ -19,7 +19,21 @@ from likeme_arm_sim.world import TIME_STEP, Vector, World
 
 @dataclass(frozen=True)
 class DemonstratorSettings:
-    """How a person reaches: heights above the table and gaps m, speeds m/s, braking m/s^2."""
+    """How a person reaches: heights above the table and distances m, speeds m/s.
+
+    Attributes:
+        speed: factor on all speeds.
+        clear_height: above everything on the table.
+        carry_height: over the table.
+        gap: behind the toy's middle where a push begins.
+        reach_speed: in and out.
+        act_speed: near toys.
+        push_speed, push_deceleration: in contact; the latter m/s^2, so that nothing rolls away.
+        beyond_edge: how far past the table's edge OFFTABLE is.
+        palm: how far a pushed toy may stray from the middle of the palm.
+        lead: how far before the spot the push ends.
+        room: to the next toy, where one is set down.
+    """
 
     speed: float = 1.0
     clear_height: float = 0.20

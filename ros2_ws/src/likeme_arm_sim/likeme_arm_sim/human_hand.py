@@ -19,10 +19,8 @@ from likeme_arm_sim.world import TIME_STEP, Vector, World
 
 # Beyond the far edge of the camera's picture, forearm included (test_demonstrator.py projects it).
 AWAY = np.array([1.75, 0.0, 0.30])
+# Between thumb and fingers of an open hand, m.
 OPEN = 0.095
-HAND_MASS, DRAG_FORCE, GRIP_FORCE = 1.0, 250.0, 120.0
-# Dry skin on plastic; bullet multiplies it by the toy's own.
-FRICTION = 1.6
 
 
 class HumanHand:
@@ -33,6 +31,7 @@ class HumanHand:
 
     def __init__(self, world: World, tick: Callable[[], None]) -> None:
         self._world, self._tick, self._client = world, tick, world.client
+        self._physics = world.physics.hand
         self._bodies = {side: self._add_body(side) for side in Side}
         self._anchors = {side: self._add_anchor(body) for side, body in self._bodies.items()}
         self._grip: int | None = None
@@ -110,7 +109,7 @@ class HumanHand:
             self._bodies[self.side], -1, self._world.toys[name], -1, pybullet.JOINT_FIXED,
             (0, 0, 0), offset, (0, 0, 0), toy.orientation.tolist(),
         )  # fmt: skip
-        self._client.changeConstraint(self._grip, maxForce=GRIP_FORCE)
+        self._client.changeConstraint(self._grip, maxForce=self._physics.grip_force)
 
     def release(self) -> None:
         """Let go."""
@@ -129,15 +128,16 @@ class HumanHand:
             self._anchors[self.side],
             self.goal.tolist(),
             jointChildFrameOrientation=(0, 0, 0, 1),
-            maxForce=DRAG_FORCE,
+            maxForce=self._physics.drag_force,
         )
 
     def _add_body(self, side: Side) -> int:
         parts = hand_parts(Posture.PUSH, side=side)
         palm = tuple(mesh for name, mesh in parts.items() if name not in ('wrist', 'sleeve'))
         shape = collision_shape(palm, self._client._client)
-        body = int(self._client.createMultiBody(HAND_MASS, shape, basePosition=AWAY.tolist()))
-        self._client.changeDynamics(body, -1, lateralFriction=FRICTION)
+        mass, friction = self._physics.mass, self._physics.friction
+        body = int(self._client.createMultiBody(mass, shape, basePosition=AWAY.tolist()))
+        self._client.changeDynamics(body, -1, lateralFriction=friction)
         self._client.setCollisionFilterGroupMask(body, -1, 0, 0)
         return body
 

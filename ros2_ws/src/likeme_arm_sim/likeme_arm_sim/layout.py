@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ START_AREAS: Mapping[State, Rectangle] = {
     State.RIGHT: Rectangle(0.34, 0.54, -0.25, -0.09),
     State.OFFTABLE: Rectangle(0.28, 0.58, -0.70, -0.62),
 }
+# Between the middles of two toys, m.
 SPACING = 0.13
 TRIES = 300
 
@@ -28,6 +29,25 @@ class Placement(NamedTuple):
     y: float
     ground: float
     yaw: float
+
+
+def wanted_states(scene: Scene, objects: Sequence[str], states: Sequence[int]) -> dict[str, State]:
+    """Named objects with the states they are wanted in.
+
+    Raises:
+        ValueError: unknown objects or states, or not one state an object.
+    """
+    if len(objects) != len(states):
+        raise ValueError(f'Expected {len(objects)} states, one an object, got {len(states)}.')
+    for name in objects:
+        if name not in scene.objects:
+            raise ValueError(f"Expected one of {', '.join(scene.objects)}, got '{name}'.")
+    for state in states:
+        if state not in list(State):
+            raise ValueError(f'Expected a state from 0 to 2, got {state}.')
+    if len(set(objects)) != len(objects):
+        raise ValueError(f'Expected each object once, got {len(objects)} names, some twice.')
+    return {name: State(state) for name, state in zip(objects, states, strict=True)}
 
 
 def draw_layout(

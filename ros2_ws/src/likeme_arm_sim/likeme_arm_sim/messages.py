@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from numpy.typing import NDArray
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from likeme_arm_sim.arm import Arm
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.cell import MotionResult
+from likeme_arm_sim.driver import Driver
+from likeme_arm_sim.node_settings import Setting
+from likeme_arm_sim.primitives import ObjectView, Outcome
 from likeme_arm_sim.scene import CameraMount, State
 from likeme_msgs.msg import ObjectState, TableState
+from likeme_msgs.srv import ExecuteAction
 
 CAMERA_FRAME = 'camera_rgb_optical_frame'
 BASE_FRAME = 'base_link'
@@ -28,6 +36,19 @@ def time_message(nanoseconds: int) -> Time:
 def nanoseconds(stamp: Time) -> int:
     """A stamp as nanoseconds since the epoch."""
     return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
+
+
+def parameter_descriptor(setting: Setting) -> ParameterDescriptor:
+    """What ROS is told about a parameter."""
+    descriptor = ParameterDescriptor(description=setting.description, read_only=setting.fixed)
+    if setting.limits is None:
+        return descriptor
+    low, high = setting.limits
+    if isinstance(setting.default, int):
+        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    else:
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    return descriptor
 
 
 def image_message(pixels: NDArray[np.uint8] | NDArray[np.uint16], encoding: str) -> Image:
@@ -87,16 +108,30 @@ def _view(item: ObjectState) -> ObjectView:
     return ObjectView(item.centroid.x, item.centroid.y, item.major_axis_yaw, state)
 
 
-def initial_states(pairs: list[str]) -> dict[str, State]:
-    """['pear:RIGHT', ...] as a mapping.
+def motion_response(
+    result: MotionResult, driver: Driver, response: ExecuteAction.Response
+) -> ExecuteAction.Response:
+    """How a motion ended, on the driver's clock."""
+    response.success = result.outcome is Outcome.COMPLETED
+    response.outcome, response.message = int(result.outcome), result.message
+    if result.started is not None and result.finished is not None:
+        response.started = time_message(driver.stamp(result.started))
+        response.finished = time_message(driver.stamp(result.finished))
+    return response
 
-    Raises:
-        ValueError: a pair is not of that form.
-    """
-    states = {}
-    for pair in pairs:
-        name, _, state = pair.partition(':')
-        if state not in State.__members__:
-            raise ValueError(f"Expected initial_states like 'pear:RIGHT', got '{pair}'.")
-        states[name] = State[state]
-    return states
+
+def diagnostics_message(driver: Driver, counts: Mapping[str, Any]) -> DiagnosticArray:
+    """Whether the cell is held, moving or idle, and some counts."""
+    held = driver.cell.held
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.WARN if held else DiagnosticStatus.OK,
+        name='arm_driver',
+        message='held' if held else 'moving' if driver.busy else 'idle',
+        hardware_id='simulated cell',
+    )
+    age = driver.sightings.age(driver.now)
+    values = {**counts, 'errors': driver.errors, 'table_state_age_s': f'{age:.2f}'}
+    status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+    message = DiagnosticArray(status=[status])
+    message.header.stamp = time_message(driver.now)
+    return message

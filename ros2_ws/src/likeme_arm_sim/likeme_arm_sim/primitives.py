@@ -87,7 +87,23 @@ class Motion(Protocol):
 
 @dataclass(frozen=True)
 class PrimitiveSettings:
-    """Heights above the table, distances (m) and speeds (m/s) of the primitives."""
+    """How the robot acts: heights above the table and distances m, speeds m/s.
+
+    Attributes:
+        clear_height: above everything on the table.
+        grasp_height, release_height: of the grasp point when the fingers close and open.
+        carry_height: over the table.
+        drop_height: above the table's height, past its edge.
+        beyond_edge: how far past the edge OFFTABLE is.
+        push_height: of the grasp point while pushing.
+        push_gap: between the fingers while pushing.
+        push_start: behind the perceived centroid.
+        push_past: further, once the object is seen to have arrived.
+        back_off: away from the pushed object before lifting.
+        fast: through free space.
+        gentle: near objects.
+        push_speed: in contact.
+    """
 
     clear_height: float = 0.17
     grasp_height: float = 0.018

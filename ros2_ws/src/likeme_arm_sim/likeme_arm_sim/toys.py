@@ -1,9 +1,9 @@
-"""The three toys as physical things: shape, mass and friction, and their bullet bodies."""
+"""The three toys as physical things: shape and matter, and their bullet bodies."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from types import MappingProxyType
@@ -12,6 +12,7 @@ import numpy as np
 import pybullet as bullet
 
 from likeme_arm_sim.meshes import ConvexMesh, Floats
+from likeme_arm_sim.physics import TOY_PHYSICS, ToyPhysics
 from likeme_arm_sim.toy_shapes import chicken_parts, lemon_parts, pear_parts
 
 # Bullet grows every hull by this margin, m; the collision shape is made that much smaller, so that
@@ -25,23 +26,17 @@ class Toy:
 
     Attributes:
         parts: convex parts, together the whole surface; both collided with and seen.
-        mass: kg.
-        inertia: diagonal of the inertia tensor about the origin for uniform density, kg m^2.
-        friction: Coulomb coefficient against the table.
-        rolling_friction, spinning_friction: bullet's torsional coefficients, m.
-        restitution: share of the normal velocity kept in a bounce.
+        physics: mass, friction and bounce.
+        gyration: diagonal of the inertia tensor about the origin per mass, for uniform density,
+            m^2.
         size: length along x, width along y, height along z, m.
         resting_height: z of the origin above the table when it lies as it is placed, m.
     """
 
     name: str
     parts: tuple[ConvexMesh, ...]
-    mass: float
-    inertia: tuple[float, float, float]
-    friction: float
-    rolling_friction: float
-    spinning_friction: float
-    restitution: float
+    physics: ToyPhysics
+    gyration: tuple[float, float, float]
     size: tuple[float, float, float]
     resting_height: float
 
@@ -49,6 +44,16 @@ class Toy:
     def length(self) -> float:
         """Extent along the long axis, m."""
         return self.size[0]
+
+    @property
+    def inertia(self) -> tuple[float, float, float]:
+        """Diagonal of the inertia tensor about the origin, kg m^2."""
+        x, y, z = (self.physics.mass * radius for radius in self.gyration)
+        return x, y, z
+
+    def made_of(self, physics: ToyPhysics) -> Toy:
+        """The same shape of other matter."""
+        return replace(self, physics=physics)
 
 
 def _mass_properties(parts: tuple[ConvexMesh, ...], step: float = 0.003) -> tuple[Floats, Floats]:
@@ -62,28 +67,17 @@ def _mass_properties(parts: tuple[ConvexMesh, ...], step: float = 0.003) -> tupl
     return centre, square.sum() - square
 
 
-def _toy(
-    name: str,
-    parts: tuple[ConvexMesh, ...],
-    mass: float,
-    friction: float,
-    rolling_friction: float,
-    restitution: float,
-) -> Toy:
+def _toy(name: str, parts: tuple[ConvexMesh, ...]) -> Toy:
     """The toy with its origin moved to the centre of mass."""
-    centre, radii = _mass_properties(parts)
+    centre, gyration = _mass_properties(parts)
     centred = tuple(part.moved(-centre) for part in parts)
     cloud = np.concatenate([part.vertices for part in centred])
-    size, inertia = np.ptp(cloud, axis=0), mass * radii
+    size = np.ptp(cloud, axis=0)
     return Toy(
         name=name,
         parts=centred,
-        mass=mass,
-        inertia=(float(inertia[0]), float(inertia[1]), float(inertia[2])),
-        friction=friction,
-        rolling_friction=rolling_friction,
-        spinning_friction=0.0008,
-        restitution=restitution,
+        physics=TOY_PHYSICS[name],
+        gyration=(float(gyration[0]), float(gyration[1]), float(gyration[2])),
         size=(float(size[0]), float(size[1]), float(size[2])),
         resting_height=float(-cloud[:, 2].min()),
     )
@@ -91,9 +85,9 @@ def _toy(
 
 TOYS: Mapping[str, Toy] = MappingProxyType(
     {
-        'pear': _toy('pear', pear_parts(), 0.050, 0.45, 0.0004, 0.15),
-        'lemon': _toy('lemon', lemon_parts(), 0.040, 0.45, 0.0003, 0.20),
-        'chicken': _toy('chicken', chicken_parts(), 0.060, 0.55, 0.0020, 0.05),
+        'pear': _toy('pear', pear_parts()),
+        'lemon': _toy('lemon', lemon_parts()),
+        'chicken': _toy('chicken', chicken_parts()),
     }
 )
 
@@ -136,7 +130,7 @@ def spawn(
 ) -> int:
     """Put a toy into a bullet world; position m, orientation (x, y, z, w). Returns the body id."""
     body = bullet.createMultiBody(
-        baseMass=toy.mass,
+        baseMass=toy.physics.mass,
         baseCollisionShapeIndex=collision_shape(toy.parts, client),
         basePosition=position,
         baseOrientation=orientation,
@@ -145,13 +139,13 @@ def spawn(
     bullet.changeDynamics(
         body,
         -1,
-        lateralFriction=toy.friction,
-        rollingFriction=toy.rolling_friction,
-        spinningFriction=toy.spinning_friction,
-        restitution=toy.restitution,
+        lateralFriction=toy.physics.friction,
+        rollingFriction=toy.physics.rolling_friction,
+        spinningFriction=toy.physics.spinning_friction,
+        restitution=toy.physics.restitution,
         localInertiaDiagonal=toy.inertia,
-        linearDamping=0.02,
-        angularDamping=0.02,
+        linearDamping=toy.physics.linear_damping,
+        angularDamping=toy.physics.angular_damping,
         physicsClientId=client,
     )
     return int(body)

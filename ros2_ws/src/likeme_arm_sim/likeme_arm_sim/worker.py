@@ -20,7 +20,8 @@ class Job(NamedTuple):
 class Worker:
     """Runs jobs one after another in a thread of its own, and `idle` again and again between them.
 
-    Every owner may have one job that runs or waits for the others' to end. A job or `idle` that fails is told to `on_error`; the thread lives on.
+    Every owner may have one job that runs or waits for the others' to end. A job that fails tells
+    its future, `idle` tells `on_error`; the thread lives on.
     """
 
     def __init__(self, idle: Callable[[], None], on_error: Callable[[Exception], None]) -> None:

@@ -10,15 +10,16 @@ import pybullet
 from numpy.typing import NDArray
 
 from likeme_arm_sim.bullet import connect
+from likeme_arm_sim.physics import Physics
 from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import Toy, spawn
 
 Vector = NDArray[np.float64]
 
+# Physics and control steps per simulated second, and how long one lasts, s.
 STEP_RATE = 240
 TIME_STEP = 1.0 / STEP_RATE
-GRAVITY = -9.81
-TABLE_FRICTION = 0.6
+# m.
 FLOOR_HALF_SIZE = 3.0
 
 
@@ -40,10 +41,16 @@ class Pose(NamedTuple):
 class World:
     """Physics of everything but the arm and the hand, which add themselves to `client`."""
 
-    def __init__(self, scene: Scene, toys: Mapping[str, Toy]) -> None:
-        self.scene = scene
+    def __init__(
+        self, scene: Scene, toys: Mapping[str, Toy], physics: Physics | None = None
+    ) -> None:
+        self.scene, self.physics = scene, physics or Physics()
+        toys = {
+            name: toy.made_of(self.physics.toys.get(name, toy.physics))
+            for name, toy in toys.items()
+        }
         self.client: Any = connect()
-        self.client.setGravity(0.0, 0.0, GRAVITY)
+        self.client.setGravity(0.0, 0.0, self.physics.gravity)
         self.client.setPhysicsEngineParameter(
             fixedTimeStep=TIME_STEP, numSolverIterations=80, deterministicOverlappingPairs=1
         )
@@ -103,5 +110,5 @@ class World:
     def _add_slab(self, half: tuple[float, ...], centre: tuple[float, ...]) -> int:
         shape = self.client.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
         body = self.client.createMultiBody(0.0, shape, basePosition=centre)
-        self.client.changeDynamics(body, -1, lateralFriction=TABLE_FRICTION)
+        self.client.changeDynamics(body, -1, lateralFriction=self.physics.ground_friction)
         return int(body)

@@ -89,11 +89,9 @@ class Client:
         clocks = self.kept['/clock']
         return nanoseconds(clocks[-1].clock) if clocks else 0
 
-    def show_chicken(self, y: float, frame: str = 'base_link') -> None:
+    def show_chicken(self, y: float, frame: str = 'base_link', x: float = 0.44) -> None:
         stamp = time_message(self.now)
-        chicken = ObjectState(
-            name='chicken', state=1, centroid=Point(x=0.44, y=y), last_seen=stamp
-        )
+        chicken = ObjectState(name='chicken', state=1, centroid=Point(x=x, y=y), last_seen=stamp)
         message = TableState(reference_frame=frame, objects=[chicken])
         message.header.stamp = stamp
         self.table.publish(message)
@@ -184,6 +182,17 @@ def test_the_arm_goes_where_perception_says(client: Client) -> None:
     assert outcome == Outcome.COMPLETED
 
 
+@pytest.mark.parametrize(('x', 'y'), [(float('nan'), -0.2), (0.44, float('inf'))])
+def test_what_is_nowhere_is_refused_with_a_sentence(client: Client, x: float, y: float) -> None:
+    said, deadline = '', time.monotonic() + 20
+    while 'over the table' not in said and time.monotonic() < deadline:
+        client.show_chicken(y=y, x=x)
+        answer = client.act('arm', 'chicken', 3)
+        said = answer.message
+    assert answer.outcome == Outcome.OBJECT_NOT_SEEN
+    assert said.startswith('Expected the chicken over the table')
+
+
 def test_other_frames_are_not_acted_on(client: Client) -> None:
     client.show_chicken(y=-0.2, frame='map')
     assert client.act('arm', 'chicken', 3).outcome == Outcome.OBJECT_NOT_SEEN
@@ -249,17 +258,23 @@ def test_a_bad_start_says_why(domain: int, argument: str) -> None:
     assert 'Traceback' not in out
 
 
+@pytest.mark.parametrize('moving', [False, True])
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_in_mid_motion_ends_it_cleanly(domain: int, number: int) -> None:
-    with domain_id() as other:
-        driver, client = start_driver(other), Client(other)
+def test_a_signal_ends_it_silently(number: int, moving: bool) -> None:
+    with domain_id() as domain:
+        driver, client = start_driver(domain), Client(domain)
         try:
-            client.start(ExecuteAction, 'human/execute_action', object='pear', action=0)
+            if moving:
+                answer = client.start(ExecuteAction, 'human/execute_action', object='pear')
             client.wait_for(lambda: len(client.kept['/clock']) > 30)
             driver.send_signal(number)
             out, _ = driver.communicate(timeout=5)
+            if moving:
+                assert finished(answer, 5.0).outcome == Outcome.HELD
         finally:
             driver.kill()
             client.close()
     assert driver.returncode == 0, out
-    assert 'Traceback' not in out
+    said = [line for line in out.splitlines() if 'pybullet build time' not in line]
+    assert 'ready' in said[0]
+    assert len(said) == 1 + moving, out

@@ -94,6 +94,21 @@ def test_hold_stops_the_arm_within_one_control_step(cell: Cell, after: float) ->
     assert again.outcome is Outcome.COMPLETED
 
 
+def test_a_motion_that_fails_leaves_the_arm_standing(cell: Cell) -> None:
+    began = cell.time
+
+    def on_tick() -> None:
+        if cell.time - began > 2.5:
+            raise RuntimeError('cut')
+
+    with pytest.raises(RuntimeError, match='cut'):
+        cell.run_action(Actor.ROBOT, 'chicken', Action.PLACE_LEFT, seen(cell), on_tick)
+    still = cell.arm.joints
+    cell.step(0.5)
+    assert np.abs(cell.arm.joints - still).max() < 0.01
+    assert not cell.held
+
+
 def test_a_held_hand_lets_go_and_leaves(cell: Cell) -> None:
     began = cell.time
     ticks = {'on_tick': lambda: cell.hold() if cell.time - began > 1.8 else None}

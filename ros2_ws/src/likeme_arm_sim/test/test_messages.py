@@ -58,9 +58,3 @@ def test_views_are_of_what_was_ever_seen() -> None:
 def test_other_frames_are_refused() -> None:
     with pytest.raises(ValueError, match="'base_link', got 'map'"):
         messages.object_views(table('map'))
-
-
-def test_initial_states_are_read() -> None:
-    assert messages.initial_states(['pear:LEFT']) == {'pear': State.LEFT}
-    with pytest.raises(ValueError, match="got 'pear=LEFT'"):
-        messages.initial_states(['pear=LEFT'])

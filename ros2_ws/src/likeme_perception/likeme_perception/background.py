@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.config import PerceptionConfig, Rectangle
+from likeme_perception.errors import NoTableError
 from likeme_perception.plane import Plane, ransac_plane, refine_plane
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, deproject, depth_sigma
 from likeme_perception.view import TableView, levelled, pose_from_plane
@@ -62,7 +63,11 @@ class BackgroundLearner:
         self._colour = np.zeros((*shape, 3), np.float32)
 
     def add(self, frame: RgbdFrame) -> Background | None:
-        """Take one frame; the background once there are enough of them and nothing moved."""
+        """Take one frame; the background once there are enough of them and nothing moved.
+
+        Raises:
+            NoTableError: they show no table; learning begins anew.
+        """
         seen = np.isfinite(frame.depth)
         depth = np.where(seen, frame.depth, np.float32(0))
         self._count += seen
@@ -77,13 +82,13 @@ class BackgroundLearner:
             self.restarts += 1
             self._clear()
             return None
-        return learned_background(
-            mean,
-            spread,
-            (self._colour / self.frames).astype(np.uint8),
-            self._config,
-            self._intrinsics,
-        )
+        colour = (self._colour / self.frames).astype(np.uint8)
+        try:
+            return learned_background(mean, spread, colour, self._config, self._intrinsics)
+        except NoTableError:
+            # What was seen so far is no table; with it in the mean there would never be one.
+            self._clear()
+            raise
 
     def _statistics(self) -> tuple[ImageF, ImageF]:
         """Mean and deviation of the depth; NaN where fewer than a fifth of the frames saw it."""
@@ -138,7 +143,7 @@ def find_table(depth: ImageF, config: PerceptionConfig, intrinsics: Intrinsics) 
     if config.table is not None:
         near &= config.table.contains(in_base[:, 0], in_base[:, 1], -0.01)
     if near.sum() < 200:
-        raise ValueError(
+        raise NoTableError(
             f'Expected the table at z = 0 in {config.reference_frame}, '
             f'got {int(near.sum())} points there: is the camera pose right?'
         )

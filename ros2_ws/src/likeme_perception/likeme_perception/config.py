@@ -103,7 +103,8 @@ class PerceptionConfig:
     # left.
     intruder_min_area: float = 0.0008
     hand_gone_time: float = 0.3
-    # A hand or arm that does not move for this long is a thing somebody put there: background.
+    # A hand or arm that does not move for this long is a thing somebody put there: background,
+    # until it moves.
     still_time: float = 20.0
     # After a hand has left, wait this long at most for things to come to rest.
     settle_timeout: float = 5.0
@@ -180,12 +181,23 @@ def config_from(
 
 def load_config(path: Path) -> PerceptionConfig:
     """Read a configuration from YAML that names only what differs from the cell's numbers."""
-    values = yaml.safe_load(path.read_text()) or {}
+    return config_from(yaml_mapping(path.read_text(), path))
+
+
+def yaml_mapping(text: str, source: Path | None) -> dict[str, Any]:
+    """YAML text that is a mapping, or empty; source: where it comes from.
+
+    Raises:
+        ValueError: it is something else.
+    """
+    try:
+        values = yaml.safe_load(text) or {}
+    except yaml.YAMLError as error:
+        reason = ' '.join(str(error).split())
+        raise ValueError(f'Expected YAML in {source}, got {reason}.') from error
     if not isinstance(values, dict):
-        raise ValueError(
-            f'Expected settings "name: value" in {path}, got {type(values).__name__}.'
-        )
-    return config_from(values)
+        raise ValueError(f'Expected "name: value" in {source}, got {type(values).__name__}.')
+    return values
 
 
 def _rectangle(name: str, value: Any) -> Rectangle:

@@ -8,7 +8,7 @@ seen of them, cuts the held thing from the hand: glove or sleeve need no setting
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, cast
+from typing import cast
 
 import cv2
 import numpy as np
@@ -16,19 +16,17 @@ from numpy.typing import NDArray
 
 from likeme_perception.background import Background
 from likeme_perception.colour import UNKNOWN_LOG_DENSITY, LogDensity, OnlineColour, colour_bins
-from likeme_perception.config import PerceptionConfig, Rectangle
+from likeme_perception.config import PerceptionConfig
 from likeme_perception.growth import grown_by_colour, unlike_background
+from likeme_perception.hand_tip import HandTip, hand_tip
 from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.segmentation import Blob, Index, blob_of, image_components
+from likeme_perception.sides import nearest_side, sides_reached
 
 ImageB = NDArray[np.uint8]
 ImageF = NDArray[np.float32]
 Box = tuple[int, int, int, int]
 
-# What reaches this far (m) beyond the table's edge at table height is no thing that lies on it.
-_REACH = 0.06
-# Area (m^2) that must be seen beyond that.
-_REACH_AREA = 0.0003
 # A hand or an arm rises at least this high (m) somewhere, and a part of one that the image cuts
 # off shows at least so many pixels of its edge.
 _RISEN = 0.03
@@ -42,16 +40,6 @@ _BESIDE = 0.15
 _LOOSE = 20
 # How far (m) beside the table things are looked for in the pixels of a hand or an arm.
 _SEARCHED = 0.25
-# The tip of a hand: this much (m) of it from its farthest point.
-_TIP = 0.08
-
-
-class HandTip(NamedTuple):
-    """The foremost part of a hand over the table: x, y and low (10th percentile of height), m."""
-
-    x: float
-    y: float
-    low: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,41 +55,6 @@ class Intruders:
     arm_area: float
     tip: HandTip | None
     things: tuple[Blob, ...]
-
-
-def sides_reached(
-    points: ImageF,
-    area: ImageF,
-    table: Rectangle,
-    floor: float,
-    sides: tuple[str, ...],
-) -> frozenset[str]:
-    """Over which of some sides of the table points (N, 3) reach in.
-
-    area: seen surface of each point, m^2. floor: points lower than this lie beside the table.
-    """
-    x, y, level = points[:, 0], points[:, 1], points[:, 2] > floor
-    beyond = {
-        'near': table.x_min - x,
-        'far': x - table.x_max,
-        'left': y - table.y_max,
-        'right': table.y_min - y,
-    }
-    return frozenset(
-        side for side in sides if area[level & (beyond[side] > _REACH)].sum() > _REACH_AREA
-    )
-
-
-def nearest_side(points: ImageF, table: Rectangle, sides: tuple[str, ...]) -> str:
-    """Which of some sides of the table points (N, 3) come closest to."""
-    x, y = points[:, 0], points[:, 1]
-    gap = {
-        'near': float(x.min()) - table.x_min,
-        'far': table.x_max - float(x.max()),
-        'left': table.y_max - float(y.max()),
-        'right': float(y.min()) - table.y_min,
-    }
-    return min(sides, key=lambda s: gap[s])
 
 
 class IntruderSegmenter:
@@ -236,7 +189,7 @@ class IntruderSegmenter:
             arm,
             _area_over_table(hand, frame.depth, background, _BESIDE),
             _area_over_table(arm, frame.depth, background),
-            _tip(hand, frame.depth, background, self._config.human_sides),
+            hand_tip(hand, frame.depth, background, self._config.human_sides),
             tuple(things),
         )
 
@@ -281,20 +234,3 @@ def _area_over_table(
     over = background.area.contains(points[:, 0], points[:, 1], margin)
     over |= background.table.ravel()[pixels]
     return float(background.view.pixel_area(z[over]).sum())
-
-
-def _tip(
-    pixels: Index, depth: ImageF, background: Background, sides: tuple[str, ...]
-) -> HandTip | None:
-    """Where the hand's foremost part over the table is; the side it came in over is behind it."""
-    points = background.view.points(pixels, depth.ravel()[pixels])
-    over = background.area.contains(points[:, 0], points[:, 1])
-    if np.count_nonzero(over) < 20:
-        return None
-    side = nearest_side(points, background.area, sides)
-    inwards = {'near': (1, 0), 'far': (-1, 0), 'left': (0, -1), 'right': (0, 1)}[side]
-    ahead = points[over] @ np.array([*inwards, 0], np.float32)
-    tip = points[over][ahead > np.percentile(ahead, 99.5) - _TIP]
-    return HandTip(
-        float(tip[:, 0].mean()), float(tip[:, 1].mean()), float(np.percentile(tip[:, 2], 10))
-    )

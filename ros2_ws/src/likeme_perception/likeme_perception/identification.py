@@ -22,6 +22,7 @@ from likeme_perception.colour import (
     mixture_log_density,
     mixture_of,
 )
+from likeme_perception.config import yaml_mapping
 from likeme_perception.segmentation import Shape
 
 # Neighbouring pixels say nearly the same: all of an object's pixels weigh as much as so many
@@ -136,7 +137,7 @@ def load_catalogue(path: Path | None = None) -> Catalogue:
         if path is None
         else path.read_text()
     )
-    entries = (yaml.safe_load(text) or {}).get('objects')
+    entries = yaml_mapping(text, path).get('objects')
     if not isinstance(entries, dict):
         raise ValueError(
             f'Expected "objects:" with a name for each in {path}, got {type(entries).__name__}.'
@@ -144,16 +145,24 @@ def load_catalogue(path: Path | None = None) -> Catalogue:
     return Catalogue(tuple(_entry_from(str(name), value) for name, value in entries.items()))
 
 
-def _entry_from(name: str, value: dict[str, Any]) -> CatalogueObject:
-    missing = {'colour', 'length', 'width', 'height', 'area'} - set(value)
-    if missing:
-        raise ValueError(f'Expected {sorted(missing)[0]!r} of {name!r}, got {sorted(value)}.')
+def _entry_from(name: str, value: Any) -> CatalogueObject:
+    _require(name, {'colour', 'length', 'width', 'height', 'area'}, value)
+    for part in value['colour']:
+        _require(f'colour of {name}', {'weight', 'mean', 'deviation'}, part)
     parts = tuple(
         ColourPart(float(p['weight']), tuple(p['mean']), tuple(p['deviation']))
         for p in value['colour']
     )
     size = (float(value[key]) for key in ('length', 'width', 'height', 'area'))
     return CatalogueObject(name, parts, *size)
+
+
+def _require(name: str, keys: set[str], value: Any) -> None:
+    if not isinstance(value, dict):
+        raise ValueError(f'Expected "key: value" for {name!r}, got {value!r}.')
+    missing = keys - set(value)
+    if missing:
+        raise ValueError(f'Expected {sorted(missing)[0]!r} of {name!r}, got {sorted(value)}.')
 
 
 def catalogue_yaml(catalogue: Catalogue) -> str:

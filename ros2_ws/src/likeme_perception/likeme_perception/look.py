@@ -23,7 +23,7 @@ from likeme_perception.observation import TableObservation
 from likeme_perception.overlay import draw
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
-from likeme_perception.segmentation import Shape
+from likeme_perception.wording import described, in_words
 
 # Successive looks at one still image are this far apart, ns.
 _PERIOD = 100_000_000
@@ -127,58 +127,6 @@ def look_at(
     return table, perception
 
 
-def described(table: TableObservation) -> dict[str, Any]:
-    """The observation as JSON values, lengths in m, angles in rad."""
-    return {
-        'hand_in_view': table.hand_in_view,
-        'arm_in_view': table.arm_in_view,
-        'hand_pixels': len(table.hand),
-        'objects': [
-            {
-                'name': o.name,
-                'state': o.state.name,
-                'state_probability': [round(p, 4) for p in o.state_probability],
-                'visible': o.visible,
-                'identity_probability': round(o.identity_probability, 4),
-            }
-            | (_shape_values(o.shape) if o.shape else {})
-            for o in table.objects
-        ],
-        'things': [{'pixels': len(p)} | _shape_values(s) for p, s in table.things],
-    }
-
-
-def _shape_values(shape: Shape) -> dict[str, Any]:
-    values = {
-        'yaw': shape.yaw,
-        'length': shape.length,
-        'width': shape.width,
-        'height': shape.height,
-    }
-    return {'centroid': [round(v, 4) for v in shape.centroid]} | {
-        k: round(v, 4) for k, v in values.items()
-    }
-
-
-def _in_words(table: TableObservation) -> str:
-    lines = [
-        f'{o.name}: {o.state.name}' + ('' if o.visible else ' (not in view)')
-        for o in table.objects
-    ]
-    for pixels, s in table.things:
-        x, y, _ = s.centroid
-        lines.append(
-            f'thing: at x {x:+.3f} m, y {y:+.3f} m, '
-            f'{100 * s.length:.1f} x {100 * s.width:.1f} cm, '
-            f'{100 * s.height:.1f} cm high, {len(pixels)} pixels'
-        )
-    if table.hand_in_view:
-        lines.append(f'hand: {len(table.hand)} pixels')
-    if table.arm_in_view:
-        lines.append(f'robot arm: {len(table.arm)} pixels')
-    return '\n'.join(lines) or 'nothing on the table'
-
-
 def _learned_entry(
     name: str, frame: RgbdFrame, table: TableObservation, p: TabletopPerception
 ) -> str:
@@ -246,7 +194,7 @@ def look(
         regions = perception.regions if settings is not None else None
         image = draw(frame.rgb, table, perception.background.view, regions)
         cv2.imwrite(str(out), image[:, :, ::-1])
-    typer.echo(json.dumps(described(table), indent=1) if as_json else _in_words(table))
+    typer.echo(json.dumps(described(table), indent=1) if as_json else in_words(table))
 
 
 def main() -> None:

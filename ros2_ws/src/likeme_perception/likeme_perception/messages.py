@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import ObjectState, TableState
-from likeme_perception.config import PerceptionConfig
+from likeme_perception.frame_counts import Rate
+from likeme_perception.node_settings import Setting
 from likeme_perception.observation import Demonstration, ObjectObservation, TableObservation
 from likeme_perception.overlay import STATE_COLOURS
 from likeme_perception.regions import Regions, State
@@ -30,6 +35,21 @@ def nanoseconds(stamp: Time) -> int:
 def time_of(stamp: int) -> Time:
     """A stamp from ns."""
     return Time(sec=stamp // SECOND, nanosec=stamp % SECOND)
+
+
+def parameter_descriptor(setting: Setting, default: Any) -> ParameterDescriptor:
+    """What ROS is told about a parameter."""
+    descriptor = ParameterDescriptor(description=setting.description)
+    # An empty list has no element type of its own.
+    descriptor.dynamic_typing = isinstance(default, list)
+    if setting.limits is None:
+        return descriptor
+    low, high = setting.limits
+    if isinstance(default, int):
+        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=1)]
+    else:
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+    return descriptor
 
 
 def frame_of(colour: Image, depth: Image) -> RgbdFrame:
@@ -114,11 +134,39 @@ def image_message(rgb: np.ndarray, header: Header) -> Image:
     return message
 
 
+def diagnostics_message(
+    rate: Rate, learned: bool, facts: Mapping[str, str], stamp: Time
+) -> DiagnosticArray:
+    """How perception does, in one sentence and some numbers."""
+    level, sentence = _judgement(rate, learned)
+    values = {'frame rate (Hz)': f'{rate.frames:.1f}', 'background learned': str(learned), **facts}
+    status = DiagnosticStatus(
+        level=level,
+        name='likeme_perception: camera to table state',
+        message=sentence,
+        hardware_id='camera',
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
+    message = DiagnosticArray(status=[status])
+    message.header.stamp = stamp
+    return message
+
+
+def _judgement(rate: Rate, learned: bool) -> tuple[bytes, str]:
+    if rate.frames == 0 and rate.drops == 0:
+        return DiagnosticStatus.STALE, 'no frames'
+    if rate.drops:
+        return DiagnosticStatus.WARN, f'{rate.drops} frames dropped in the last second'
+    if not learned:
+        return DiagnosticStatus.WARN, 'learning the background'
+    return DiagnosticStatus.OK, 'watching the table'
+
+
 def table_markers(
-    table: TableObservation, config: PerceptionConfig, regions: Regions, stamp: Time
+    table: TableObservation, reference_frame: str, regions: Regions, stamp: Time
 ) -> MarkerArray:
     """Work area, blue line, and a sphere and a label for every object that is in view."""
-    header = Header(frame_id=config.reference_frame, stamp=stamp)
+    header = Header(frame_id=reference_frame, stamp=stamp)
     area, line = regions.work_area, regions.blue_line_y
     corners = [(float(x), float(y)) for x, y in area.corners()]
     markers = [

@@ -33,11 +33,16 @@ class Sighting(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What else a frame shows: hand or arm in view, and their mask (H, W)."""
+    """What else a frame shows.
+
+    hand, arm: in view. hiding: their mask, (H, W). parked: mask of what once reached in and has
+    not moved for so long that it is background, (H, W).
+    """
 
     hand: bool
     arm: bool
     hiding: NDArray[np.uint8]
+    parked: NDArray[np.uint8]
     view: TableView
     regions: Regions
 
@@ -45,6 +50,14 @@ class Scene(NamedTuple):
     def intruder(self) -> bool:
         """Whether anything in view could hide or hold an object."""
         return self.hand or self.arm
+
+    def may_hide(self, place: tuple[float, float, float]) -> bool:
+        """Whether what is parked over the table covers a place, m."""
+        if not np.isfinite(place).all():
+            return False
+        column, row = (int(v) for v in np.rint(self.view.project(np.array([place]))[0]))
+        height, width = self.parked.shape
+        return 0 <= row < height and 0 <= column < width and bool(self.parked[row, column])
 
 
 class Template(NamedTuple):
@@ -139,14 +152,16 @@ class ObjectTrack:
     def _unseen(self, stamp: int, scene: Scene) -> ObjectObservation:
         """What may be said of an object that is not seen.
 
-        Seen last OFFTABLE: it still is. Else a hand or an arm in view may hide or hold it:
-        UNKNOWN. With neither in view it is OFFTABLE, once it has not been seen for absence_time.
+        Seen last OFFTABLE: it still is. Else a hand or an arm in view may hide or hold it, or one
+        that is parked over its place: UNKNOWN. Without them it is OFFTABLE, once it has not been
+        seen for absence_time.
         """
         last = self._last
         self._anchor = None
         if self._unseen_since is None:
             self._unseen_since = stamp
-        if scene.intruder and last.state is not State.OFFTABLE:
+        hidden = scene.intruder or scene.may_hide(last.centroid)
+        if hidden and last.state is not State.OFFTABLE:
             self._unseen_since = stamp
             return self._blind(last, State.UNKNOWN, False)
         gone = stamp - self._unseen_since >= self._config.absence_time * SECOND

@@ -9,7 +9,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.hand import HandTip
+from likeme_perception.hand_tip import HandTip
 from likeme_perception.regions import UNIFORM, Probability, State
 from likeme_perception.segmentation import Index, Shape
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from likeme_perception.background import Background, BackgroundLearner
 from likeme_perception.colour import colour_bins
 from likeme_perception.config import PerceptionConfig
+from likeme_perception.errors import NoDepthError
 from likeme_perception.hand import Intruders, IntruderSegmenter
 from likeme_perception.identification import Catalogue, Match, assign, identity_probability
 from likeme_perception.objects import ObjectTrack, Scene, Sighting
@@ -27,7 +28,7 @@ from likeme_perception.segmentation import (
     top_view_parts,
 )
 from likeme_perception.shadow import shadowed_things
-from likeme_perception.stillness import StillnessWatch, absorbed
+from likeme_perception.stillness import StillnessWatch, StillThing, absorbed
 from likeme_perception.touching import parts_by_colour, pieces_joined
 from likeme_perception.tracking import DemonstrationTracker
 
@@ -54,6 +55,8 @@ class TabletopPerception:
         known = catalogue.best_log_density if catalogue.objects else None
         self._intruders = IntruderSegmenter(config, known)
         self._still = StillnessWatch(config.still_time)
+        # What reached in and stayed, and is background for as long as it does not move.
+        self._absorbed: tuple[StillThing, ...] = ()
         self.absorbed = 0
         self.reset_tracking()
 
@@ -72,6 +75,14 @@ class TabletopPerception:
         """The areas that define the states, once the table is known."""
         return None if self.background is None else regions_of(self.config, self.background.area)
 
+    def described(self) -> dict[str, str]:
+        """What happened so far that those who look after it may want to know."""
+        return {
+            'background restarts': str(self.restarts),
+            'still intruders made background': str(self.absorbed),
+            'acts with hand and arm at once': str(self.demonstrations.shared_acts),
+        }
+
     def process(self, frame: RgbdFrame) -> TableObservation:
         """Read one frame.
 
@@ -85,28 +96,35 @@ class TabletopPerception:
             )
         if self.background is None:
             if not frame.has_depth:
-                raise ValueError(f'Expected depth readings, got 0 of {frame.depth.size}.')
+                raise NoDepthError(f'Expected depth readings, got 0 of {frame.depth.size}.')
             self.background = self._learner.add(frame)
             if self.background is None:
                 return TableObservation(frame.stamp, frame.frame_id, learned=False)
+        self.background = self._without_those_who_left(frame, self.background)
         return self._read(frame, self.background)
+
+    def _without_those_who_left(self, frame: RgbdFrame, background: Background) -> Background:
+        left = {thing for thing in self._absorbed if thing.has_left(frame)}
+        for thing in reversed(self._absorbed):
+            if thing in left:
+                background = thing.removed_from(background)
+        self._absorbed = tuple(thing for thing in self._absorbed if thing not in left)
+        return background
 
     def _read(self, frame: RgbdFrame, background: Background) -> TableObservation:
         foreground = background.foreground(frame)
         found = self._intruders.segment(frame, foreground, background, self._protected(frame))
         intruder = np.concatenate([found.hand, found.arm])
         if self._still.still(frame.stamp, intruder, frame.depth.size):
-            self.background, self.absorbed = (
-                absorbed(background, frame, intruder),
-                self.absorbed + 1,
-            )
+            self.background, still = absorbed(background, frame, intruder)
+            self._absorbed, self.absorbed = (*self._absorbed, still), self.absorbed + 1
         hand = found.hand_area > self.config.intruder_min_area
         arm = found.arm_area > self.config.intruder_min_area
         hiding = _mask(found, frame.depth.shape)
         blobs = self._blobs(found, frame)
         sightings, things = self._named(blobs, frame, hiding if hand or arm else None)
         regions = regions_of(self.config, background.area)
-        scene = Scene(hand, arm, hiding, background.view, regions)
+        scene = Scene(hand, arm, hiding, self._parked(frame), background.view, regions)
         objects = tuple(
             track.update(frame, sightings.get(k), scene) for k, track in enumerate(self._tracks)
         )
@@ -121,6 +139,11 @@ class TabletopPerception:
         """Pixels in which a resting object still is where it was, (H, W) 0 or 1."""
         kept = [track.unchanged(frame) for track in self._tracks]
         return mask_of(np.concatenate([np.zeros(0, np.intp), *kept]), frame.depth.shape)
+
+    def _parked(self, frame: RgbdFrame) -> ImageB:
+        """Pixels of what reached in and stayed, (H, W) 0 or 1."""
+        pixels = [still.pixels for still in self._absorbed]
+        return mask_of(np.concatenate([np.zeros(0, np.intp), *pixels]), frame.depth.shape)
 
     def _blobs(self, found: Intruders, frame: RgbdFrame) -> list[Blob]:
         """Things apart from each other, pieces of one thing together."""
@@ -154,10 +177,14 @@ class TabletopPerception:
         return named, tuple((s.blob.pixels, s.shape) for s in rest if self._is_thing(s))
 
     def _is_thing(self, s: Sighting) -> bool:
-        """Whether pixels in no catalogue are worth a word: no speck, no ripple of the plane."""
+        """Whether pixels in no catalogue are worth a word.
+
+        No speck, no ripple of the plane, and nothing that is not on the table: what is seen beside
+        and below it is the room.
+        """
         c = self.config
-        ripple = 0 <= s.shape.height < 1.5 * c.min_height
-        return s.blob.area >= c.min_object_area and not s.beside_intruder and not ripple
+        risen = s.shape.height >= 1.5 * c.min_height and s.shape.centroid[2] >= -c.fallen_depth
+        return s.blob.area >= c.min_object_area and not s.beside_intruder and risen
 
     def _probability(self, s: Sighting) -> NDArray[np.float64]:
         return identity_probability(self.catalogue, s.bins, None if s.beside_intruder else s.shape)

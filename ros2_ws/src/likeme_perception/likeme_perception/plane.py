@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_perception.errors import NoTableError
+
 Points = NDArray[np.floating]
 
 
@@ -25,7 +27,7 @@ class Plane:
 def least_squares_plane(points: Points) -> Plane:
     """The plane with the least summed squared distance from points (N, 3), facing the origin."""
     if len(points) < 3:
-        raise ValueError(f'Expected at least 3 points for a plane, got {len(points)}.')
+        raise NoTableError(f'Expected at least 3 points for a plane, got {len(points)}.')
     centre = points.mean(axis=0)
     normal = np.linalg.svd((points - centre).T @ (points - centre))[0][:, 2]
     offset = -float(normal @ centre)
@@ -53,7 +55,9 @@ def ransac_plane(
     """The plane with most of the (N, 3) points within tolerance (m), refined by least squares."""
     points = np.asarray(points[np.isfinite(points).all(axis=1)], np.float64)
     if len(points) < 30:
-        raise ValueError(f'Expected at least 30 points with depth for a plane, got {len(points)}.')
+        raise NoTableError(
+            f'Expected at least 30 points with depth for a plane, got {len(points)}.'
+        )
     sample = points[rng.choice(len(points), min(len(points), 2500), replace=False)]
     best, best_count = None, -1
     for _ in range(trials):
@@ -66,5 +70,5 @@ def ransac_plane(
         if count > best_count:
             best, best_count = least_squares_plane(np.stack([a, b, c])), count
     if best is None:
-        raise ValueError('Expected points that span a plane, got points on one line.')
+        raise NoTableError('Expected points that span a plane, got points on one line.')
     return refine_plane(points, best, tolerance)

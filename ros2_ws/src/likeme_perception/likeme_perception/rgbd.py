@@ -8,6 +8,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_perception.errors import EncodingError
+
 Bytes = bytes | bytearray | memoryview | NDArray[np.uint8]
 ImageF = NDArray[np.float32]
 ImageB = NDArray[np.uint8]
@@ -84,7 +86,7 @@ def decode_depth(
 ) -> ImageF:
     """Depth in m, float32, NaN = no reading, from 16UC1 (mm, 0 = none) or 32FC1 (m)."""
     if encoding not in _DEPTH_TYPES:
-        raise ValueError(f'Expected depth as 16UC1 or 32FC1, got {encoding!r}.')
+        raise EncodingError(f'Expected depth as 16UC1 or 32FC1, got {encoding!r}.')
     kind = np.dtype(('>' if bigendian else '<') + _DEPTH_TYPES[encoding])
     raw = np.ascontiguousarray(_rows(data, height, width * kind.itemsize, step)).view(kind)
     return depth_in_metres(raw)
@@ -104,7 +106,7 @@ def depth_in_metres(raw: NDArray[np.generic]) -> ImageF:
 def decode_rgb(data: Bytes, encoding: str, height: int, width: int, step: int = 0) -> ImageB:
     """Colour as (H, W, 3) uint8 in RGB order, from rgb8, bgr8, rgba8 or bgra8."""
     if encoding not in _COLOUR_CHANNELS:
-        raise ValueError(f'Expected colour as rgb8 or bgr8, got {encoding!r}.')
+        raise EncodingError(f'Expected colour as rgb8 or bgr8, got {encoding!r}.')
     channels = _COLOUR_CHANNELS[encoding]
     image = _rows(data, height, width * channels, step).reshape(height, width, channels)
     order = slice(2, None, -1) if encoding.startswith('bgr') else slice(0, 3)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.hand import HandTip
+from likeme_perception.hand_tip import HandTip
 from likeme_perception.observation import (
     Demonstration,
     Manner,

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_perception.errors import NoTableError
 from likeme_perception.plane import Plane
 from likeme_perception.rgbd import Intrinsics, rays
 
@@ -98,7 +99,7 @@ def pose_from_plane(plane: Plane) -> NDArray[np.float64]:
     x /= np.linalg.norm(x)
     rotation = np.stack([x, np.cross(z, x), z])
     if abs(z[2]) < 1e-3:
-        raise ValueError(
+        raise NoTableError(
             f'Expected a camera that looks at the table, got a view {z[2]:.4f} along it.'
         )
     foot = np.array([0.0, 0.0, -plane.offset / z[2]])

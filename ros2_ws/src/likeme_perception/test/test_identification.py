@@ -101,6 +101,19 @@ def test_catalogues_that_make_no_sense_are_refused(tmp_path) -> None:
     path.write_text('nothing: 1')
     with pytest.raises(ValueError, match='Expected "objects:"'):
         load_catalogue(path)
+    path.write_text('objects: {pear: [')
+    with pytest.raises(ValueError, match=r'Expected YAML in .*bad\.yaml, got'):
+        load_catalogue(path)
+    path.write_text('[pear, lemon]')
+    with pytest.raises(ValueError, match=r'Expected "name: value" in .*, got list'):
+        load_catalogue(path)
+    whole = 'length: 1, width: 1, height: 1, area: 1'
+    path.write_text('objects: {pear: {colour: [{weight: 1}], ' + whole + '}}')
+    with pytest.raises(ValueError, match="Expected 'deviation' of 'colour of pear'"):
+        load_catalogue(path)
+    path.write_text('objects: {pear: 3}')
+    with pytest.raises(ValueError, match="for 'pear', got 3"):
+        load_catalogue(path)
     lemon = load_catalogue().objects[0]
     with pytest.raises(ValueError, match='Expected 2 different names, got 1'):
         Catalogue((lemon, lemon))

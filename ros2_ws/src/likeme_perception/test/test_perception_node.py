@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 import time
 from array import array
 from collections.abc import Callable, Iterator
@@ -24,6 +28,24 @@ from likeme_perception.perception_node import PerceptionNode  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
 
 COLOUR, DEPTH = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
+
+
+def info_of(frame: RgbdFrame) -> CameraInfo:
+    """The studio camera's intrinsics."""
+    height, width = frame.depth.shape
+    info = CameraInfo(height=height, width=width)
+    info.k = [262.5, 0.0, 159.5, 0.0, 262.5, 119.5, 0.0, 0.0, 1.0]
+    return info
+
+
+def image_of(frame: RgbdFrame, pixels: np.ndarray, encoding: str) -> Image:
+    """Pixels as a message with the frame's stamp."""
+    image = Image(height=pixels.shape[0], width=pixels.shape[1], encoding=encoding)
+    image.step = pixels[0].nbytes
+    image.data = array('B', np.ascontiguousarray(pixels).tobytes())
+    image.header.stamp = time_of(frame.stamp)
+    image.header.frame_id = 'camera_rgb_optical_frame'
+    return image
 
 
 class Rig:
@@ -65,10 +87,7 @@ class Rig:
 
     def info(self, frame: RgbdFrame) -> None:
         """Send camera_info and wait until the node has it."""
-        height, width = frame.depth.shape
-        info = CameraInfo(height=height, width=width)
-        info.k = [262.5, 0.0, 159.5, 0.0, 262.5, 119.5, 0.0, 0.0, 1.0]
-        self._send['camera/rgb/camera_info'].publish(info)
+        self._send['camera/rgb/camera_info'].publish(info_of(frame))
         self.until(lambda: self.node._intrinsics is not None, 'camera_info')
 
     def send(
@@ -78,20 +97,15 @@ class Rig:
         mm = np.nan_to_num(frame.depth * 1000).astype(np.uint16) if depth is None else depth
         before = self.judged
         for topic, pixels, kind in ((COLOUR, frame.rgb, encoding), (DEPTH, mm, '16UC1')):
-            image = Image(height=pixels.shape[0], width=pixels.shape[1], encoding=kind)
-            image.step = pixels[0].nbytes
-            image.data = array('B', np.ascontiguousarray(pixels).tobytes())
-            image.header.stamp = time_of(frame.stamp)
-            image.header.frame_id = 'camera_rgb_optical_frame'
-            self._send[topic].publish(image)
+            self._send[topic].publish(image_of(frame, pixels, kind))
         self.until(lambda: self.judged > before, 'a judgement of the frame')
 
     @property
     def judged(self) -> int:
-        return self.node.frames_read + sum(self.node._drops.values())
+        return self.node.counts.judged
 
     def dropped(self) -> dict[str, int]:
-        return dict(self.node._drops)
+        return dict(self.node.counts.drops)
 
 
 @pytest.fixture
@@ -168,9 +182,84 @@ def test_parameters_out_of_range_are_refused(rig: Rig) -> None:
         ('camera_quaternion', [0.0, 0.0, 0.0, 2.0], 'quaternion of length 1'),
         ('human_sides', ['north'], 'human_sides among'),
         ('catalogue_file', '/nowhere.yaml', 'nowhere'),
+        ('catalogue_file', __file__, 'Expected'),
     ):
         result = rig.node.set_parameters([Parameter(name, value=value)])[0]
         assert not result.successful
         assert said in result.reason
     assert rig.node.set_parameters([Parameter('blue_line_y', value=0.05)])[0].successful
-    assert rig.node._config.blue_line_y == 0.05
+    assert rig.node._settings.config.blue_line_y == 0.05
+
+
+def start_node(domain: int, *arguments: str) -> subprocess.Popen[str]:
+    """The node as a process of its own."""
+    command = [sys.executable, '-m', 'likeme_perception.perception_node', '--ros-args', *arguments]
+    env = os.environ | {'ROS_DOMAIN_ID': str(domain)}
+    return subprocess.Popen(
+        command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    )
+
+
+@pytest.mark.parametrize('argument', ['catalogue_file:=/nowhere.yaml', 'min_height:=7.0'])
+def test_a_bad_start_says_why(argument: str) -> None:
+    with domain_id() as domain:
+        node = start_node(domain, '-p', argument)
+        out, _ = node.communicate(timeout=30)
+    assert node.returncode == 1
+    assert 'perception_node: ' in out.splitlines()[-1]
+    assert 'Traceback' not in out
+
+
+class Camera:
+    """Plays a camera to a node process, and hears what it says."""
+
+    def __init__(self, domain: int) -> None:
+        self.context = rclpy.Context()
+        self.context.init(domain_id=domain)
+        self.node = rclpy.create_node('camera', context=self.context)
+        self._colour = self.node.create_publisher(Image, COLOUR, 5)
+        self._depth = self.node.create_publisher(Image, DEPTH, 5)
+        self._info = self.node.create_publisher(CameraInfo, 'camera/rgb/camera_info', 5)
+        self.heard: list[object] = []
+        for kind, topic in ((TableState, 'table_state'), (DiagnosticArray, '/diagnostics')):
+            self.node.create_subscription(kind, topic, self.heard.append, 10)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+
+    def states(self) -> int:
+        """How many table states were heard."""
+        return sum(isinstance(message, TableState) for message in self.heard)
+
+    def show(self, frame: RgbdFrame) -> None:
+        """Send one frame and look whether anything was answered."""
+        self._info.publish(info_of(frame))
+        self._colour.publish(image_of(frame, frame.rgb, 'rgb8'))
+        mm = np.nan_to_num(frame.depth * 1000).astype(np.uint16)
+        self._depth.publish(image_of(frame, mm, '16UC1'))
+        self.executor.spin_once(timeout_sec=0.05)
+
+    def close(self) -> None:
+        self.executor.shutdown()
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+@pytest.mark.parametrize('at_work', [False, True])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_silently(studio, number: int, at_work: bool) -> None:
+    with domain_id() as domain:
+        node, camera = start_node(domain, '-p', 'background_frames:=2'), Camera(domain)
+        end = time.monotonic() + 30
+        try:
+            while time.monotonic() < end and not (camera.states() if at_work else camera.heard):
+                camera.show(studio.frame()) if at_work else camera.executor.spin_once(0.1)
+            assert camera.heard
+            node.send_signal(number)
+            while at_work and node.poll() is None and time.monotonic() < end:
+                camera.show(studio.frame())
+            out, _ = node.communicate(timeout=5)
+        finally:
+            node.kill()
+            camera.close()
+    assert node.returncode == 0, out
+    assert [line for line in out.splitlines() if 'Background learned' not in line] == []

@@ -167,6 +167,67 @@ def test_what_is_put_across_the_tables_edge_becomes_background(studio, catalogue
     assert perception.absorbed == 1
 
 
+@pytest.fixture
+def soon_still(studio):
+    """The studio with a perception that takes what is still for 1 s for background."""
+    from dataclasses import replace
+
+    studio.config = replace(studio.config, still_time=1.0)
+    return studio
+
+
+def test_an_object_under_what_is_held_still_is_unknown_until_it_is_seen(
+    soon_still, catalogue, lemon, pear, forearm
+) -> None:
+    perception = soon_still.perception(catalogue)
+    resting = lemon(0.45, 0.15), pear(0.40, -0.2)
+    settle(perception, soon_still, *resting)
+    seen = settle(perception, soon_still, *resting, forearm(0.36, 0.19, 0.12), frames=30)
+    assert (perception.absorbed, seen.hand_in_view) == (1, False)
+    assert seen.object('lemon').state is State.UNKNOWN
+    assert not seen.settled
+    leaving = settle(perception, soon_still, *resting, forearm(0.45, -0.02, 0.12), frames=3)
+    assert leaving.hand_in_view
+    seen = settle(perception, soon_still, *resting, frames=10)
+    assert [o.state for o in seen.objects] == [State.LEFT, State.RIGHT]
+    assert seen.settled
+    assert seen.things == ()
+
+
+def test_the_table_recovers_where_something_was_held_still(
+    soon_still, catalogue, lemon, pear, forearm, robot_arm
+) -> None:
+    perception = soon_still.perception(catalogue)
+    before = perception.background
+    start, end = pear(0.40, -0.2), pear(0.45, 0.15)
+    settle(perception, soon_still, start)
+    for limb in (forearm(0.38, 0.15, 0.1), robot_arm(0.45, 0.1, 0.08)):
+        settle(perception, soon_still, start, limb, frames=25)
+    assert perception.absorbed == 2
+    settle(perception, soon_still, start, frames=3)
+    assert (perception.background.nearest == before.nearest).all()
+    assert (perception.background.table == before.table).all()
+    acts = []
+    for y in (-0.2, -0.1, 0.0, 0.1, 0.15):
+        for _ in range(2):
+            held = pear(0.40, y, 0.10), forearm(0.47, y, 0.16)
+            acts += perception.process(soon_still.frame(*held)).demonstrations
+    for _ in range(10):
+        acts += perception.process(soon_still.frame(end)).demonstrations
+    assert [(a.object, a.x_i, a.x_f) for a in acts] == [('pear', State.RIGHT, State.LEFT)]
+
+
+def test_what_stands_beside_and_below_the_table_is_no_thing_on_it(
+    studio, catalogue, lemon
+) -> None:
+    from dataclasses import replace
+
+    red = replace(lemon(0.40, 0.50, -0.17), colour=(200, 20, 40))
+    tall = replace(lemon(0.45, 0.50, -0.10), radius=0.08, colour=(200, 20, 40))
+    for thing in (red, tall):
+        assert settle(studio.perception(catalogue), studio, thing).things == ()
+
+
 def test_an_object_can_be_added_to_the_catalogue_from_frames(
     studio, lemon, pear, tmp_path
 ) -> None:

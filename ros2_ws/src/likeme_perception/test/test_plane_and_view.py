@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from likeme_perception.background import BackgroundLearner
 from likeme_perception.config import PerceptionConfig
+from likeme_perception.errors import NoTableError
 from likeme_perception.plane import Plane, least_squares_plane, ransac_plane
 from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.view import TableView, levelled, pose_from_plane
@@ -90,6 +93,17 @@ def test_a_camera_pose_that_does_not_see_the_table_is_refused(studio) -> None:
     config = PerceptionConfig(background_frames=1, camera_position=(0.05, 0.38, 1.4))
     with pytest.raises(ValueError, match='is the camera pose right'):
         BackgroundLearner(config, studio.intrinsics).add(studio.frame())
+
+
+def test_a_table_that_comes_late_is_learned_all_the_same(studio) -> None:
+    learner = BackgroundLearner(studio.config, studio.intrinsics)
+    wall = np.full(studio.intrinsics.shape, 0.5, np.float32)
+    frames = [replace(studio.frame(), depth=wall) for _ in range(5)]
+    assert [learner.add(frame) for frame in frames[:4]] == [None] * 4
+    with pytest.raises(NoTableError, match='Expected the table at z = 0'):
+        learner.add(frames[4])
+    learned = [learner.add(studio.frame()) for _ in range(5)]
+    assert learned[4] is not None
 
 
 def test_an_image_without_depth_is_refused(studio, catalogue) -> None:

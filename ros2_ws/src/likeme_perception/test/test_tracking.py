@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.hand import HandTip
+from likeme_perception.hand_tip import HandTip
 from likeme_perception.observation import (
     Demonstration,
     Manner,

@@ -1,0 +1,70 @@
+"""The arm driver's parameters: names, defaults, ranges, and the values they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from likeme_arm_sim.cell import CellSettings
+from likeme_arm_sim.driver import DriverSettings
+from likeme_arm_sim.scene import State
+
+
+class Setting(NamedTuple):
+    """A parameter: default, what it means, least and greatest value, whether it is read once."""
+
+    default: Any
+    description: str
+    limits: tuple[float, float] | None = None
+    fixed: bool = True
+
+
+SETTINGS: dict[str, Setting] = {
+    'seed': Setting(1, 'Of first places, camera noise and person.', (0, 2**31)),
+    'initial_states': Setting(
+        ['pear:RIGHT', 'lemon:LEFT', 'chicken:RIGHT'], "First states, as 'pear:RIGHT'."
+    ),
+    'arm_speed': Setting(1.0, "Factor on the arm's speeds.", (0.2, 1.5)),
+    'human_speed': Setting(1.0, "Factor on the person's speeds.", (0.3, 2.0)),
+    'camera_rate': Setting(30.0, 'Frames per simulated second.', (1.0, 60.0)),
+    'publish_clock': Setting(True, 'Publish simulated time on /clock.'),
+    'motion_budget': Setting(60.0, 'Simulated s a motion may take.', (5.0, 600.0)),
+    'table_state_timeout': Setting(2.0, 'Simulated s a table_state may be acted on.', (0.1, 60.0)),
+    'real_time_factor': Setting(
+        1.0,
+        'Simulated s per s; 0: as fast as it goes (/clock may go back at a restart).',
+        (0.0, 100.0),
+        fixed=False,
+    ),
+}
+
+
+def cell_settings(values: Mapping[str, Any]) -> CellSettings:
+    """What the simulated cell is told."""
+    return CellSettings(
+        arm_speed=values['arm_speed'],
+        human_speed=values['human_speed'],
+        initial_states=initial_states(values['initial_states']),
+    )
+
+
+def driver_settings(values: Mapping[str, Any]) -> DriverSettings:
+    """What the one who drives it is told."""
+    return DriverSettings(
+        values['camera_rate'], values['motion_budget'], values['table_state_timeout']
+    )
+
+
+def initial_states(pairs: Sequence[str]) -> dict[str, State]:
+    """['pear:RIGHT', ...] as a mapping.
+
+    Raises:
+        ValueError: a pair is not of that form.
+    """
+    states = {}
+    for pair in pairs:
+        name, _, state = pair.partition(':')
+        if state not in State.__members__:
+            raise ValueError(f"Expected initial_states like 'pear:RIGHT', got '{pair}'.")
+        states[name] = State[state]
+    return states

@@ -1,0 +1,95 @@
+"""The numbers of the simulated matter that no drawing gives: guessed, or to be fitted to trials.
+
+Bullet multiplies the friction coefficients of the two bodies that touch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class ToyPhysics:
+    """One toy.
+
+    Attributes:
+        mass: kg.
+        friction: Coulomb coefficient.
+        rolling_friction, spinning_friction: bullet's torsional coefficients, m.
+        restitution: share of the normal velocity kept in a bounce.
+        linear_damping, angular_damping: share of the velocity lost per second.
+    """
+
+    mass: float
+    friction: float
+    rolling_friction: float
+    restitution: float
+    spinning_friction: float = 0.0008
+    linear_damping: float = 0.02
+    angular_damping: float = 0.02
+
+
+@dataclass(frozen=True)
+class GripperPhysics:
+    """The robot's two fingers.
+
+    Attributes:
+        force: of each finger, N.
+        speed: of each finger, m/s.
+        friction: Coulomb coefficient of the pads.
+        spinning_friction: bullet's torsional coefficient of the pads, m.
+        gear_force: that keeps both fingers equally far from the middle, N.
+    """
+
+    force: float = 15.0
+    speed: float = 0.1
+    friction: float = 0.9
+    spinning_friction: float = 0.002
+    gear_force: float = 50.0
+
+
+@dataclass(frozen=True)
+class HandPhysics:
+    """The person's hand.
+
+    Attributes:
+        mass: kg.
+        drag_force: greatest that moves the hand along its path, N.
+        grip_force: greatest between the hand and what it holds, N: people do not slip.
+        friction: Coulomb coefficient, dry skin on plastic.
+    """
+
+    mass: float = 1.0
+    drag_force: float = 250.0
+    grip_force: float = 120.0
+    friction: float = 1.6
+
+
+TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
+    {
+        'pear': ToyPhysics(mass=0.050, friction=0.45, rolling_friction=0.0004, restitution=0.15),
+        'lemon': ToyPhysics(mass=0.040, friction=0.45, rolling_friction=0.0003, restitution=0.20),
+        'chicken': ToyPhysics(
+            mass=0.060, friction=0.55, rolling_friction=0.0020, restitution=0.05
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class Physics:
+    """All of it; what differs between two cells of the same shape.
+
+    Attributes:
+        gravity: m/s^2, along z.
+        ground_friction: Coulomb coefficient of the table top and of the floor.
+        toys: by name; a toy that is not named keeps the numbers it was made with.
+    """
+
+    gravity: float = -9.81
+    ground_friction: float = 0.6
+    toys: Mapping[str, ToyPhysics] = field(default_factory=lambda: TOY_PHYSICS)
+    gripper: GripperPhysics = field(default_factory=GripperPhysics)
+    hand: HandPhysics = field(default_factory=HandPhysics)

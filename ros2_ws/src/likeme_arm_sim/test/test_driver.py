@@ -1,0 +1,112 @@
+"""The driven cell: what callers are told, whatever happens in the simulation's thread."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from likeme_arm_sim.cell import Actor, Cell, MotionResult
+from likeme_arm_sim.driver import Driver, DriverSettings
+from likeme_arm_sim.primitives import ObjectView, Outcome
+from likeme_arm_sim.scene import Scene, State
+
+CHICKEN = {'chicken': ObjectView(0.44, -0.2, 0.0, State.RIGHT)}
+
+
+class Watched:
+    """A driver with its errors, whose steps can be made to fail or to wait."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.told: list[Exception] = []
+        self.failing: Exception | None = None
+        self.stepped = threading.Event()
+        self.driver = Driver(cell, DriverSettings(), self._on_step, self.told.append)
+        self.driver.real_time_factor = 0.0
+        self.driver.start()
+
+    def _on_step(self) -> None:
+        self.stepped.set()
+        if self.failing is not None and self.driver.busy:
+            raise self.failing
+
+
+@pytest.fixture(scope='module')
+def cell() -> Cell:
+    return Cell(Scene(), 1)
+
+
+@pytest.fixture
+def watched(cell: Cell) -> Iterator[Watched]:
+    cell.resume()
+    cell.reset([], [], 0)
+    made = Watched(cell)
+    yield made
+    made.driver.stop()
+
+
+def act(watched: Watched, actor: Actor = Actor.HUMAN, expires: int = 0) -> MotionResult:
+    job = watched.driver.act(actor, 'chicken', 0, expires)
+    assert job is not None
+    return job.result(30.0)
+
+
+def test_a_motion_that_raises_is_answered_told_and_survived(watched: Watched) -> None:
+    watched.failing = RuntimeError('bullet has lost its mind')
+    result = act(watched)
+    assert result.outcome is Outcome.HELD
+    assert result.message == 'The motion failed: RuntimeError: bullet has lost its mind'
+    assert watched.told == [watched.failing]
+    assert watched.driver.errors == 1
+    watched.failing = None
+    watched.stepped.clear()
+    assert watched.stepped.wait(5.0)
+    assert act(watched).outcome is Outcome.COMPLETED
+
+
+def test_one_motion_at_a_time(watched: Watched) -> None:
+    first = watched.driver.act(Actor.HUMAN, 'chicken', 0)
+    assert first is not None
+    assert watched.driver.act(Actor.HUMAN, 'pear', 0) is None
+    assert watched.driver.reset([], [], 0) is None
+    robots_turn = watched.driver.act(Actor.ROBOT, 'chicken', 0)
+    assert robots_turn is not None
+    assert watched.driver.hold() == 'The cell is held.'
+    assert first.result(30.0).outcome is Outcome.HELD
+    assert robots_turn.result(5.0).started is None
+    assert watched.driver.hold() == 'The cell was held already.'
+    assert watched.driver.resume() == 'Motion is allowed again.'
+    assert watched.driver.resume() == 'Nothing was held.'
+
+
+def test_a_late_request_is_not_begun(watched: Watched) -> None:
+    late = act(watched, expires=watched.driver.now - 2_000_000_000)
+    assert late.outcome is Outcome.EXPIRED
+    assert late.started is None
+
+
+def test_a_refused_reset_says_why(watched: Watched) -> None:
+    job = watched.driver.reset(['pear'], [9], 0)
+    assert job is not None
+    assert str(job.exception(10.0)) == 'Expected a state from 0 to 2, got 9.'
+    assert watched.told == []
+
+
+def test_a_reset_that_fails_is_told(watched: Watched, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError('bullet has lost its mind')
+
+    monkeypatch.setattr(watched.driver.cell, 'reset', fail)
+    job = watched.driver.reset([], [], 0)
+    assert job is not None
+    assert str(job.exception(10.0)) == 'bullet has lost its mind'
+    assert [str(error) for error in watched.told] == ['bullet has lost its mind']
+
+
+def test_a_reset_makes_it_forget_what_was_seen(watched: Watched) -> None:
+    watched.driver.sightings.take(watched.driver.now + 10, CHICKEN)
+    job = watched.driver.reset([], [], 0)
+    assert job is not None
+    job.result(10.0)
+    assert act(watched, Actor.ROBOT).outcome is Outcome.OBJECT_NOT_SEEN
