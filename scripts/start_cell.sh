@@ -10,8 +10,12 @@
 #   --threshold P             ask for help below this predicted success, 0 to 1
 #   --seed N                  seed of the simulated cell
 #   --real-time-factor F      1: as in life; 0: as fast as it goes
+#   --model FILE              another transition model of the robot
 #   --params FILE             ROS parameter file; likeme_bringup/config/cell.yaml has all names
 #   --domain N                ROS domain (default: ROS_DOMAIN_ID or 0)
+#
+# Exit codes: 0 ended by Ctrl-C, 1 a node died or did not start, or the part runs on this ROS domain
+# already, 2 usage.
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)

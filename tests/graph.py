@@ -48,6 +48,11 @@ class NodeProcess:
             )
 
     @property
+    def pid(self) -> int:
+        """Its process id."""
+        return self._process.pid
+
+    @property
     def said(self) -> str:
         """All it printed so far."""
         return self.log.read_text(encoding='utf-8', errors='replace')

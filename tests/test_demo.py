@@ -35,14 +35,14 @@ def test_the_papers_story_is_completed(tmp_path: Path) -> None:
         '1. chicken, RIGHT to LEFT',
         'the chicken went from RIGHT to LEFT',
         'p(G) = LEFT 0.88, RIGHT 0.12, OFFTABLE 0.00',
-        'Best action PUSH_LEFT',
+        'best action is PUSH_LEFT',
         'predicted probability 0.90',
-        'chicken is LEFT now',
+        'The chicken is LEFT now',
         '2. pear, RIGHT to LEFT',
         'predicted probability 0.40, below the threshold 0.50',
         'The robot asks',
         'DONE_BY_HAND',
-        'pear is LEFT now',
+        'The pear is LEFT now',
         '2 of 2 acts',
     )
     picture = cv2.imread(str(tmp_path / 'story.png'))
@@ -56,7 +56,22 @@ def test_a_story_that_cannot_be_told_is_refused(tmp_path: Path) -> None:
     assert 'OFFTABLE to LEFT' in told.stderr
 
 
-def test_an_unknown_object_stops_the_story_with_a_sentence(tmp_path: Path) -> None:
+def test_what_the_robot_never_tried_is_refused(tmp_path: Path) -> None:
     told = demo(tmp_path, '--object', 'banana')
-    assert told.returncode == 1
-    in_order(told.stdout, 'The story stops here.', "'banana'")
+    assert told.returncode == 2
+    assert 'the robot has tried pear, lemon, chicken, not banana' in told.stderr
+
+
+def test_a_torn_model_is_refused(tmp_path: Path) -> None:
+    torn = tmp_path / 'torn.csv'
+    torn.write_text('likeme_transition_model,1\nname,torn\n')
+    told = demo(tmp_path, '--model', str(torn))
+    assert told.returncode == 2
+    assert 'torn.csv: line 3' in told.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / 'file').touch()
+    told = demo(tmp_path / 'file' / 'out')
+    assert told.returncode == 2
+    assert 'Not a directory' in told.stderr

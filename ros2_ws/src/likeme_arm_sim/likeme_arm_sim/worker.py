@@ -64,11 +64,16 @@ class Worker:
             try:
                 result = run()
             except Exception as error:
-                self._jobs.popleft()
+                self._end_job()
                 future.set_exception(error)
             else:
-                self._jobs.popleft()
+                self._end_job()
                 future.set_result(result)
+
+    def _end_job(self) -> None:
+        # `submit` goes through the queue at the same time.
+        with self._lock:
+            self._jobs.popleft()
 
     def _try(self, idle: Callable[[], None]) -> None:
         try:

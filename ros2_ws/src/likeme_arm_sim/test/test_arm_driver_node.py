@@ -63,6 +63,9 @@ class Client:
 
         def on_message(message: Any) -> None:
             with self._changed:
+                if kept and isinstance(message, Image):
+                    # Pixels of the last image only: a minute of all of them is gigabytes.
+                    kept[-1].data = []
                 kept.append(message)
                 self._changed.notify_all()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
@@ -19,6 +20,7 @@ ARGUMENTS = {
     'threshold': ('', 'Ask for help below this predicted success.'),
     'seed': ('', 'Seed of the simulated cell.'),
     'real_time_factor': ('', '1: as in life; 0: as fast as it goes.'),
+    'model': ('', 'Transition model file of the robot.'),
     'params': ('', 'ROS parameter file; config/cell.yaml has all names.'),
     'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
 }
@@ -39,6 +41,7 @@ def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
         threshold=float(given['threshold']) if given['threshold'] else None,
         seed=int(given['seed']) if given['seed'] else None,
         real_time_factor=float(given['real_time_factor']) if given['real_time_factor'] else None,
+        model=Path(given['model']) if given['model'] else None,
     )
     parts = [Part(name.strip()) for name in given['only'].split(',') if name.strip()] or list(Part)
     return [*environment(given), *(node(part, settings, given['params']) for part in parts)]

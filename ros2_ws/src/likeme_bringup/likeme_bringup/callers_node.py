@@ -1,6 +1,6 @@
 """Thin callers of the cell's services, for people: `arm`, `show` and `cell`.
 
-Exit codes: 0 done, 1 it did not come about, 2 wrong usage, 3 the service is not there.
+Exit codes: 0 done, 1 it did not come about, 2 wrong usage, 3 the service is not there, 130 Ctrl-C.
 """
 
 from __future__ import annotations
@@ -15,14 +15,19 @@ from typing import Annotated, Any, NamedTuple, TypeVar
 
 import rclpy
 import typer
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from likeme_bringup.start_cell import LAST_DOMAIN
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
-# Seconds to wait for a service or for the first table state.
-PATIENCE = 10.0
+# Seconds to wait for a service or for the first table state: with the start of Python, a caller
+# without a cell says so within 10.
+PATIENCE = 8.0
+# No motion takes longer, s: whoever served it was replaced by another meanwhile.
+LONGEST = 180.0
 # How often a pending call looks whether its server is still alive, s.
 GLANCE = 0.5
 
@@ -76,13 +81,13 @@ Network = Annotated[
     bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
 ]
 Domain = Annotated[
-    int | None, typer.Option(min=0, max=101, help='ROS domain; default: ROS_DOMAIN_ID or 0.')
+    int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
 ]
 STATE_NAMES = {state.number: state.value for state in State}
 
 
 @contextmanager
-def caller(network: bool, domain: int | None) -> Iterator[Node]:
+def caller(network: bool, domain: int) -> Iterator[Node]:
     """A short-lived node."""
     if network:
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
@@ -103,10 +108,23 @@ def call(node: Node, kind: Any, name: str, request: Any, patience: float = PATIE
             3, f'Nobody serves {name} on ROS domain {domain_of(node)}: is the cell running?'
         )
     future = client.call_async(request)
+    try:
+        return answer_of(node, client, future)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return Verdict(
+            130, f'No longer waiting for {name}. What it began goes on; `cell.sh hold` stops it.'
+        )
+
+
+def answer_of(node: Node, client: Any, future: Any) -> Verdict:
+    """Wait for an answer as long as there is hope for one."""
+    deadline = time.monotonic() + LONGEST
     while not future.done():
         rclpy.spin_until_future_complete(node, future, timeout_sec=GLANCE)
         if not future.done() and not client.service_is_ready():
-            return Verdict(3, f'{name} went away before it answered.')
+            return Verdict(3, f'{client.srv_name} went away before it answered.')
+        if not future.done() and time.monotonic() > deadline:
+            return Verdict(3, f'{client.srv_name} gave no answer within {LONGEST:g} s.')
     answer = future.result()
     return Verdict(0 if answer.success else 1, answer.message)
 
@@ -144,7 +162,7 @@ def arm_command(
     action: Annotated[Action, typer.Argument(help='What to do.')],
     object_name: Annotated[str, typer.Argument(metavar='OBJECT', help='pear, lemon or chicken.')],
     network: Network = False,
-    domain: Domain = None,
+    domain: Domain = 0,
 ) -> None:
     """Let the robot do one action, e.g. `arm push_left pear`."""
     with caller(network, domain) as node:
@@ -161,9 +179,11 @@ def show_command(
         bool, typer.Option('--force', help='Go on even if the camera sees it elsewhere.')
     ] = False,
     network: Network = False,
-    domain: Domain = None,
+    domain: Domain = 0,
 ) -> None:
     """Let the simulated person show an act, e.g. `show pear left right --by push`."""
+    if start == target:
+        raise typer.BadParameter(f'expected two different states, got {start.value} twice.')
     with caller(network, domain) as node:
         if not force:
             verdict = check_start(next_table_state(node), object_name, start)
@@ -181,7 +201,7 @@ def reset_command(
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help='Draws the exact places.')] = 0,
     network: Network = False,
-    domain: Domain = None,
+    domain: Domain = 0,
 ) -> None:
     """Set the table up anew; without places, as this run of the cell had it first."""
     pairs = [parse_place(text) for text in places or ()]
@@ -200,13 +220,13 @@ def parse_place(text: str) -> tuple[str, State]:
     return name, State(state)
 
 
-def hold_command(network: Network = False, domain: Domain = None) -> None:
+def hold_command(network: Network = False, domain: Domain = 0) -> None:
     """Stop every motion at once; an interrupted action reports so."""
     with caller(network, domain) as node:
         end(call(node, Trigger, 'cell/hold', Trigger.Request()))
 
 
-def resume_command(network: Network = False, domain: Domain = None) -> None:
+def resume_command(network: Network = False, domain: Domain = 0) -> None:
     """Go on after a hold."""
     with caller(network, domain) as node:
         end(call(node, Trigger, 'cell/resume', Trigger.Request()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import os
+import select
 import signal
 import subprocess
 import sys
@@ -11,22 +12,28 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import StrEnum
+from itertools import cycle
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from domain_coordinator import domain_id
 from rich.console import Console
-from rich.prompt import Prompt
 
 from likeme_bringup import story
-from likeme_bringup.demo_node import DONE_BY_HAND, SKIP, TRY_ANYWAY, Operator, play_story
+from likeme_bringup.demo_node import DONE_BY_HAND, Operator, StoryStoppedError, play_story
+from likeme_bringup.one_cell import is_free
+from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
 from likeme_bringup.supervisor import die_with_parent
+from likeme_inference.console_words import read_reply
+from likeme_inference.node_settings import read_model
 from likeme_inference.tabletop.domain import State
 
 console = Console(highlight=False, soft_wrap=False)
 END_OF_CELL_TIMEOUT = 20.0
+# How often a question at the keyboard looks whether the story still goes on, s.
+GLANCE = 0.2
 
 
 class Side(StrEnum):
@@ -77,15 +84,16 @@ def main(
     Exit code 0: every act reached the goal that was shown. 1: one did not, or the story stopped.
     """
     acts = _acts(object_, show, by)
-    out.mkdir(parents=True, exist_ok=True)
+    _check_model(model, acts)
+    log = _log_in(out)
     began = time.monotonic()
-    with domain_id() as domain, _cell(domain, seed, model, out / 'cell.log') as alive:
+    with domain_id(_free_domain()) as domain, _cell(domain, seed, model, log) as alive:
         endings, rows = play_story(acts, seed, _tell, _operator(operator), alive)
     seconds = time.monotonic() - began
     _tell('\n' + story.summary(endings, len(acts), seconds))
     if any(row.panels for row in rows):
         _tell(f'What the camera saw: {draw_storyboard(rows, out / "story.png")}')
-    _tell(f'What the nodes said: {out / "cell.log"}')
+    _tell(f'What the nodes said: {log}')
     raise typer.Exit(0 if len(endings) == len(acts) and all(e.reached for e in endings) else 1)
 
 
@@ -100,6 +108,38 @@ def _acts(object_: str | None, show: tuple[Side, Side], by: Manner) -> Sequence[
             param_hint='--show',
         )
     return (story.Act(object_ or 'chicken', start, end, push=by == Manner.PUSH),)
+
+
+def _check_model(path: Path | None, acts: Sequence[story.Act]) -> None:
+    """Refuse a model file that cannot be read, and objects that the robot never tried."""
+    try:
+        known = list(read_model(str(path or '')).objects)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint='--model') from None
+    for act in acts:
+        if act.object not in known:
+            hint, more = ('--model', '; choose one by --object') if path else ('--object', '')
+            raise typer.BadParameter(
+                f'the robot has tried {", ".join(known)}, not {act.object}{more}', param_hint=hint
+            )
+
+
+def _log_in(out: Path) -> Path:
+    """Make the folder, and the file for what the nodes say."""
+    log = out / 'cell.log'
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        log.touch()
+    except OSError as error:
+        raise typer.BadParameter(
+            f'{error.filename}: {error.strerror}', param_hint='--out'
+        ) from None
+    return log
+
+
+def _free_domain() -> Callable[[], int]:
+    """Give one ROS domain after another on which no cell of this host runs."""
+    return filter(lambda number: is_free(number, Part), cycle(range(1, 101))).__next__
 
 
 @contextmanager
@@ -144,27 +184,41 @@ def _tell(sentence: str) -> None:
 
 def _operator(who: Who) -> Operator:
     if who is Who.AUTO:
-        return Operator(lambda request: (DONE_BY_HAND, 'the simulated person'))
+        return Operator(lambda request, pause: (DONE_BY_HAND, 'the simulated person'))
     return Operator(_ask_at_keyboard)
 
 
-def _ask_at_keyboard(request: Any) -> tuple[int, str]:
-    answers = {'done': DONE_BY_HAND, 'try': TRY_ANYWAY, 'skip': SKIP}
+def _ask_at_keyboard(request: Any, pause: Callable[[], None]) -> tuple[int, str]:
     _tell(
-        '  done: you do it (the simulated hand moves for you); try: the robot tries; skip: leave it'
+        '  done: you do it (the simulated hand moves for you); try: the robot tries; '
+        'skip: leave it'
     )
-    try:
-        word = Prompt.ask('Your answer', choices=list(answers), default='done', console=console)
-    except EOFError:
-        raise typer.BadParameter(
-            'expected an answer on the keyboard, got the end of input'
-        ) from None
-    return answers[word], getpass.getuser()
+    while True:
+        line = _line('Your answer (done, try or skip): ', pause)
+        try:
+            return int(read_reply(line)), getpass.getuser()
+        except ValueError as error:
+            _tell(str(error))
+
+
+def _line(prompt: str, pause: Callable[[], None]) -> str:
+    """A line from the keyboard; `pause` may raise while nobody types."""
+    print(prompt, end='', flush=True)
+    # Blocking in a read here would swallow Ctrl-C, which rclpy handles, until the next Enter.
+    while sys.stdin is not None and not select.select([sys.stdin], [], [], GLANCE)[0]:
+        pause()
+    line = '' if sys.stdin is None else sys.stdin.readline()
+    if not line:
+        _tell('')
+        raise StoryStoppedError('Expected an answer at the keyboard, got its end.')
+    return line
 
 
 def run() -> None:
     """Console entry point."""
-    typer.run(main)
+    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app.command()(main)
+    app(prog_name='demo')
 
 
 if __name__ == '__main__':

@@ -34,9 +34,12 @@ class StoryStoppedError(Exception):
 
 @dataclass
 class Operator:
-    """Who answers ask_human: `ask(request) -> (answer, name)`, an AskHuman constant and a name."""
+    """Who answers ask_human: `ask(request, pause)` gives an AskHuman constant and a name.
 
-    ask: Callable[[Any], tuple[int, str]]
+    Who takes long calls `pause()` now and then: it raises when the story cannot go on.
+    """
+
+    ask: Callable[[Any, Callable[[], None]], tuple[int, str]]
 
 
 @dataclass
@@ -107,9 +110,9 @@ class DemoNode(Node):
         self._put_back(act)
         choice = self._next_decision()
         self._tell(story.decision(choice, act))
-        asked = choice.kind == Decision.ASK_HUMAN
+        asked, middle = choice.kind == Decision.ASK_HUMAN, story.acting(choice)
         if asked:
-            self._answer(choice)
+            middle = self._answer(choice)
         elif choice.kind != Decision.EXECUTE:
             raise StoryStoppedError(f'Expected the robot to act or to ask, got: {choice.sentence}')
         else:
@@ -119,7 +122,7 @@ class DemoNode(Node):
             120.0,
             'an outcome of the decision',
         )
-        self._keep_middle('a person helps' if asked else f'robot: {Action(choice.action).name}')
+        self._keep_middle(middle)
         self._tell(outcome.sentence)
         self._snap(f'after: {story.RESULTS[outcome.result]}')
         reached = outcome.result == Outcome.REACHED and outcome.goal == act.end
@@ -153,6 +156,10 @@ class DemoNode(Node):
     def _put_back(self, act: story.Act) -> None:
         at_goal = self._next_decision()
         self._tell(at_goal.sentence)
+        if at_goal.kind != Decision.AT_GOAL:
+            raise StoryStoppedError(
+                f'Expected the robot to want the {act.object} {act.end.name}, where it is.'
+            )
         self._tell(
             f'The person puts the {act.object} back {act.start.name}; the robot looks again.'
         )
@@ -166,7 +173,8 @@ class DemoNode(Node):
         self._heard.decisions.remove(choice)
         return choice
 
-    def _answer(self, choice: Decision) -> None:
+    def _answer(self, choice: Decision) -> str:
+        """Have the question answered; what goes on then, as a caption."""
         listed = self._call(self._ask, AskHuman.Request(command=AskHuman.Request.LIST), 10.0)
         pending = [request for request in listed.pending if request.id == choice.id]
         if not pending:
@@ -174,9 +182,9 @@ class DemoNode(Node):
                 f'Expected request {choice.id} to be pending, got: {listed.message}'
             )
         self._tell(f'The robot asks: {pending[0].question}')
-        answer, name = self._operator.ask(pending[0])
+        answer, name = self._operator.ask(pending[0], self._check)
         if answer == DONE_BY_HAND:
-            self._tell(f'{name} does it by hand.')
+            self._tell(f'{name[0].upper()}{name[1:]} does it by hand.')
             self._by_hand(choice.object, Action(choice.goal))
         reply = self._call(
             self._ask,
@@ -188,7 +196,11 @@ class DemoNode(Node):
             ),
             10.0,
         )
-        self._tell(f'{name} answers: {reply.message}')
+        if not reply.success:
+            raise StoryStoppedError(f'Expected the answer to be taken, got: {reply.message}')
+        self._tell(reply.message)
+        captions = {DONE_BY_HAND: 'a person helps', TRY_ANYWAY: story.acting(choice)}
+        return captions.get(answer, 'skipped')
 
     def _by_hand(self, name: str, action: Action) -> None:
         request = ExecuteAction.Request(object=name, action=int(action))
@@ -212,13 +224,16 @@ class DemoNode(Node):
     def _until(self, predicate: Callable[[], T | None], timeout: float, what: str) -> T:
         deadline = time.monotonic() + timeout
         while not (value := predicate()):
-            self._alive()
+            self._check()
             if time.monotonic() > deadline:
                 raise StoryStoppedError(f'Expected {what} within {timeout:.0f} s, got nothing.')
-            if not rclpy.ok():
-                raise StoryStoppedError('Interrupted.')
             self._executor.spin_once(timeout_sec=0.1)
         return value
+
+    def _check(self) -> None:
+        self._alive()
+        if not rclpy.ok():
+            raise StoryStoppedError('Interrupted.')
 
     def _on_table(self, message: TableState) -> None:
         self._table = message

@@ -10,6 +10,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
+from likeme_bringup.one_cell import AlreadyRunningError, claim
 from likeme_bringup.supervisor import Child, Supervisor
 
 
@@ -61,6 +62,8 @@ class Settings(NamedTuple):
 
 
 DEFAULTS = Settings()
+# The greatest that DDS has ports for.
+LAST_DOMAIN = 232
 
 
 def executable(part: Part) -> tuple[str, str]:
@@ -115,12 +118,11 @@ def start_cell(
         ),
     ] = None,
     domain: Annotated[
-        int | None, typer.Option(min=0, max=101, help='ROS domain; default: ROS_DOMAIN_ID or 0.')
-    ] = None,
+        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
+    ] = 0,
 ) -> None:
     """Start arm driver, perception and inference; Ctrl-C ends them all."""
-    if domain is not None:
-        os.environ['ROS_DOMAIN_ID'] = str(domain)
+    os.environ['ROS_DOMAIN_ID'] = str(domain)
     parts = tuple(part for part in Part if not only or part in only)
     settings = Settings(
         mode,
@@ -133,10 +135,14 @@ def start_cell(
     supervisor = Supervisor(children(parts, settings, network))
     reach = 'the subnet' if network else 'this host only'
     names = ', '.join(part.value for part in parts)
-    supervisor.say(
-        f'{names} on ROS domain {os.environ.get("ROS_DOMAIN_ID", 0)}, {reach}; Ctrl-C ends them.'
-    )
-    raise typer.Exit(supervisor.run())
+    try:
+        with claim(domain, parts):
+            supervisor.say(f'{names} on ROS domain {domain}, {reach}; Ctrl-C ends them.')
+            code = supervisor.run()
+    except AlreadyRunningError as error:
+        print(error, file=sys.stderr)
+        raise typer.Exit(1) from None
+    raise typer.Exit(code)
 
 
 def main() -> None:

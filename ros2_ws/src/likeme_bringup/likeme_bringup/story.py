@@ -84,8 +84,8 @@ def demonstration(demo: Any) -> str:
     seconds = (demo.end.sec - demo.start.sec) + (demo.end.nanosec - demo.start.nanosec) * 1e-9
     return (
         f'A hand came, the {demo.object} went from {state_name(demo.x_i)} to'
-        f' {state_name(demo.x_f)}, the hand left, {seconds:.1f} s in all; it was {manner}'
-        f' (p = {demo.manner_probability:.2f}, it rose {demo.rise * 100:.0f} cm).'
+        f' {state_name(demo.x_f)}, and the hand left, all in {seconds:.1f} s. It was {manner}'
+        f' (p = {demo.manner_probability:.2f}): it rose {demo.rise * 100:.0f} cm.'
     )
 
 
@@ -103,15 +103,20 @@ def decision(choice: Any, shown: Act) -> str:
         return str(choice.sentence)
     action = Action(choice.action)
     same = action == shown.action
-    way = 'the same way as the person' if same else "my own way, not the person's"
+    way = 'the same way as the person' if same else "its own way, not the person's"
     considered = sorted(Action, key=lambda a: -choice.action_probability[a])[:3]
     ranking = ', '.join(f'{a.name} {choice.action_probability[a]:.2f}' for a in considered)
     verdict = 'at least' if choice.predicted_success >= choice.threshold else 'below'
     return (
-        f'Best action {action.name} ({way}); p(A) = {ranking}, ...'
-        f' It reaches {state_name(choice.goal)} with predicted probability'
+        f'Its best action is {action.name} ({way}): p(A) = {ranking}, ...'
+        f' That reaches {state_name(choice.goal)} with predicted probability'
         f' {choice.predicted_success:.2f}, {verdict} the threshold {choice.threshold:.2f}.'
     )
+
+
+def acting(choice: Any) -> str:
+    """Caption of the robot's own act, from a Decision."""
+    return '' if choice.action == 255 else f'robot: {Action(choice.action).name}'
 
 
 def summary(endings: Sequence[Ending], planned: int, seconds: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,13 +24,15 @@ from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, HelpRequest
 from likeme_msgs.srv import AskHuman
 
-SERVICE_WAIT = 10.0
+#: s; with the start of Python, a console without a cell says so within 10.
+SERVICE_WAIT = 8.0
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 app = typer.Typer(
     help='Answer the questions of the robot. Without a command: wait for them at the keyboard.',
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,
 )
 
 
@@ -47,6 +50,11 @@ Name = Annotated[
         '--by', help='Who answers.', default_factory=user_name, show_default='the user name'
     ),
 ]
+Network = Annotated[
+    bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
+]
+#: 232 is the greatest domain that DDS has ports for.
+Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
 
 class ServiceAbsentError(Exception):
@@ -112,9 +120,11 @@ class OperatorNode(Node):
 
 
 @contextmanager
-def operator() -> Iterator[OperatorNode]:
+def operator(network: bool, domain: int) -> Iterator[OperatorNode]:
     """Give a node for one command; Ctrl-C and a missing service end it with the right code."""
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    if network:
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
+    rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     node = OperatorNode()
     try:
         yield node
@@ -130,10 +140,10 @@ def operator() -> Iterator[OperatorNode]:
 
 
 @app.command('list')
-def list_pending() -> None:
+def list_pending(network: Network = False, domain: Domain = 0) -> None:
     """Show the questions that wait for an answer."""
     console = Console()
-    with operator() as node:
+    with operator(network, domain) as node:
         pending = node.pending()
     if not pending:
         console.print('Nothing is pending.')
@@ -146,13 +156,15 @@ def answer(
     request_id: Annotated[int, typer.Argument(metavar='ID', min=0, help='Number of the request.')],
     reply: Annotated[str, typer.Argument(metavar='|'.join(WORDS), help='What to answer.')],
     by: Name,
+    network: Network = False,
+    domain: Domain = 0,
 ) -> None:
     """Answer one question. Exit code 1: refused, 3: no service."""
     try:
         meant = read_reply(reply)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    with operator() as node:
+    with operator(network, domain) as node:
         response = node.answer(request_id, meant, by)
     say(Console(stderr=not response.success), response.message)
     if not response.success:
@@ -160,12 +172,14 @@ def answer(
 
 
 @app.callback(invoke_without_command=True)
-def wait_at_the_keyboard(context: typer.Context, by: Name) -> None:
+def wait_at_the_keyboard(
+    context: typer.Context, by: Name, network: Network = False, domain: Domain = 0
+) -> None:
     """Answer the questions of the robot. Without a command: wait for them at the keyboard."""
     if context.invoked_subcommand is not None:
         return
     console = Console()
-    with operator() as node:
+    with operator(network, domain) as node:
         console.print('Waiting for questions of the robot. Ctrl-C leaves.')
         while True:
             request = node.wait_for_question()
@@ -211,7 +225,7 @@ def show(console: Console, request: HelpRequest) -> None:
 
 def main() -> None:
     """Run the command line."""
-    app()
+    app(prog_name='ask_human')
 
 
 if __name__ == '__main__':

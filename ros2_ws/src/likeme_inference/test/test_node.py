@@ -108,7 +108,7 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
 
         assert listed.success
         assert [(item.id, item.object) for item in listed.pending] == [(decision.id, 'pear')]
-        assert listed.pending[0].question.startswith('I want pear to go from RIGHT to LEFT')
+        assert listed.pending[0].question.startswith('I want the pear to go from RIGHT to LEFT')
         for refused, why in [
             (nothing, 'Nothing is pending'),
             (unknown, f'Expected one of the pending requests [{decision.id}], got 99.'),

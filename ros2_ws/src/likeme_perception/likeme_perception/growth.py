@@ -50,6 +50,8 @@ def grown_by_colour(
     ring = cv2.dilate(mine, np.ones((2 * _REACH + 1,) * 2, np.uint8)) > mine
     ring &= taken[box] == 0
     r, c = np.nonzero(ring)
+    if len(r) == 0:
+        return np.zeros(0, np.intp)
     now, then = (_lab(image[box][r, c][None])[0] for image in (frame.rgb, background.colour))
     like = colour[bins_of_lab(now)] > UNKNOWN_LOG_DENSITY + _CLEARLY
     like &= _difference(now, then) > _DIFFERENT

@@ -19,6 +19,8 @@ class StampPairing(Generic[T]):
         self._keep = keep
         self._waiting: tuple[dict[int, T], dict[int, T]] = ({}, {})
         self.unpaired = 0
+        # Items that no partner came for at all: the other stream is missing, or stamped otherwise.
+        self.alone = 0
 
     def add(self, stream: int, item: T) -> tuple[T, T] | None:
         """Take an item of stream 0 or 1; the pair (0, 1) it completes.
@@ -41,6 +43,7 @@ class StampPairing(Generic[T]):
         while len(mine) > self._keep:
             mine.pop(next(iter(mine)))
             self.unpaired += 1
+            self.alone += 1
 
     def _forget(self, stamp: int) -> None:
         for waiting in self._waiting:

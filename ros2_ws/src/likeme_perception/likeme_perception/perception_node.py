@@ -117,7 +117,11 @@ class PerceptionNode(Node):
             self._intrinsics, self._perception = intrinsics, None
 
     def _on_image(self, stream: int, image: Image) -> None:
+        alone = self._pairing.alone
         pair = self._pairing.add(stream, image)
+        if self._pairing.alone > alone:
+            here, missing = ('colour', 'depth') if stream == 0 else ('depth', 'colour')
+            self._drop(f'{here} without {missing}', f'No {missing} image came with its stamp.')
         if pair is not None:
             self._on_pair(*pair)
 
@@ -138,7 +142,7 @@ class PerceptionNode(Node):
             if not frame.has_depth:
                 raise NoDepthError(f'Expected depth readings, got 0 of {frame.depth.size}.')
             table = self._process(frame, self._intrinsics)
-        except ValueError as error:
+        except (ValueError, cv2.error) as error:
             self._drop(getattr(error, 'reason', FrameError.reason), str(error))
             return
         if table.learned:

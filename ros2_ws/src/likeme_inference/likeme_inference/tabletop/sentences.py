@@ -14,7 +14,7 @@ def belief(demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
     how = 'placed' if demo.manner is Manner.PLACE else 'pushed'
     rest = ', '.join(f'{g.name} {posterior[g]:.2f}' for g in State if g is not goal)
     return (
-        f'I saw {demo.object} being {how} from {demo.x_i.name} to {demo.x_f.name}: '
+        f'I saw the {demo.object} being {how} from {demo.x_i.name} to {demo.x_f.name}: '
         f'it is wanted {goal.name} (p = {posterior[goal]:.2f}; {rest}).'
     )
 
@@ -24,8 +24,8 @@ def decision(
 ) -> str:
     """Say what is done and why."""
     if choice.kind is Kind.AT_GOAL:
-        return f'{name} is {goal.name} already, where it is wanted: nothing to do.'
-    here = f'{name} is {x_i.name} and wanted {goal.name}'
+        return f'The {name} is {goal.name} already, where it is wanted: nothing to do.'
+    here = f'The {name} is {x_i.name} and wanted {goal.name}'
     if choice.kind is Kind.NO_ACTION or choice.action is None:
         return f'{here}, but I know no action that takes it there: I leave it.'
     works = f'works with p = {choice.predicted_success:.2f}'
@@ -42,12 +42,12 @@ def question(name: str, x_i: State, goal: State, action: Action, predicted: floa
     """Ask the operator."""
     if predicted == 0:
         return (
-            f'I want {name} to be {goal.name}, but from {x_i.name} I know no way there. '
+            f'I want the {name} to be {goal.name}, but from {x_i.name} I know no way there. '
             f'Will you do it by hand, shall I try {action.name} anyway, or shall we skip it?'
         )
     return (
-        f'I want {name} to go from {x_i.name} to {goal.name}, but my best action, {action.name}, '
-        f'works with p = {predicted:.2f} only. '
+        f'I want the {name} to go from {x_i.name} to {goal.name}, but my best action, '
+        f'{action.name}, works with p = {predicted:.2f} only. '
         'Will you do it by hand, shall I try anyway, or shall we skip it?'
     )
 
@@ -58,16 +58,16 @@ def outcome(
     """Say how it ended, as the camera saw it."""
     name, goal = decision.object, decision.goal.name
     if result is Result.SKIPPED:
-        return f'{name} stays where it is: the operator skipped my question.'
+        return f'The {name} stays where it is: the operator skipped my question.'
     if result is Result.NOT_SEEN or x_f is None:
-        return f'I wanted {name} {goal}, but did not see in time where it ended up.'
-    who = 'by hand' if actor is Actor.HUMAN or decision.action is None else decision.action.name
+        return f'I wanted the {name} {goal}, but did not see in time where it ended up.'
+    who = 'hand' if actor is Actor.HUMAN or decision.action is None else decision.action.name
     how = f' (the motion ended {motion.name})' if motion else ''
     if result is Result.REACHED:
-        return f'{name} is {goal} now: done, {who}{how}.'
-    return f'{name} is {x_f.name}, not {goal}: missed, {who}{how}.'
+        return f'The {name} is {goal} now: reached by {who}{how}.'
+    return f'The {name} is {x_f.name}, not {goal}: missed by {who}{how}.'
 
 
 def arm_failed(name: str, action: Action, message: str) -> str:
     """Say why nothing came of an action."""
-    return f'{action.name} {name} failed: {message} I will not repeat it.'
+    return f'{action.name} of the {name} failed: {message} I will not repeat it.'

@@ -1,0 +1,196 @@
+"""Nodes that die or freeze in mid-action, cells that are there twice, scripts without a cell."""
+
+from __future__ import annotations
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import psutil
+import pytest
+from sensor_msgs.msg import JointState
+
+from graph import LATCHED, Graph, NodeProcess
+from likeme_msgs.msg import Decision, ObjectState, Outcome, TableState
+from likeme_msgs.srv import ExecuteAction, ResetCell
+
+pytestmark = pytest.mark.graph
+SCRIPTS = Path(__file__).parents[1] / 'scripts'
+START_CELL = (sys.executable, '-m', 'likeme_bringup.start_cell')
+Act = ExecuteAction.Request
+ACTION_TIMEOUT = 5.0
+#: rad by which a joint that stands still may seem to move.
+STILL = 2e-3
+
+
+def begin(graph: Graph, who: str, name: str, action: int) -> Any:
+    """Ask arm or human to act; the future of the answer."""
+    client = graph.node.create_client(ExecuteAction, f'{who}/execute_action')
+    graph.until(client.service_is_ready, 30, f'{who}/execute_action')
+    return client.call_async(Act(object=name, action=action))
+
+
+def act(graph: Graph, who: str, name: str, action: int) -> ExecuteAction.Response:
+    """Have arm or human act; the answer."""
+    future = begin(graph, who, name, action)
+    graph.until(future.done, 60, 'an answer')
+    return future.result()
+
+
+def until_moving(graph: Graph, joints: list[JointState]) -> None:
+    """Wait until the arm has moved from where it is."""
+    graph.until(lambda: joints, 30, 'joint_states')
+    first = joints[-1].position
+    graph.until(lambda: math.dist(joints[-1].position, first) > 0.2, 30, 'the arm to move')
+
+
+def children(process: NodeProcess) -> dict[str, psutil.Process]:
+    """The nodes under a start_cell, by the last word of their module."""
+    found = psutil.Process(process.pid).children(recursive=True)
+    modules = {child: next((w for w in child.cmdline() if '_node' in w), '') for child in found}
+    return {module.rpartition('.')[2]: child for child, module in modules.items()}
+
+
+@pytest.mark.parametrize('victim', ['arm_driver_node', 'perception_node', 'inference_node'])
+def test_one_node_dies_in_mid_action_and_all_end(tmp_path: Path, victim: str) -> None:
+    with Graph(tmp_path) as graph:
+        cell = graph.run('cell', *START_CELL, '--seed', '1')
+        motion = begin(graph, 'human', 'chicken', Act.PLACE_LEFT)
+        nodes = graph.until(lambda: len(c := children(cell)) == 3 and c, 10, 'three nodes')
+        graph.during(1.0)
+        assert not motion.done()
+        nodes[victim].kill()
+        begun = time.monotonic()
+
+        assert cell.wait(15) == 1
+        assert time.monotonic() - begun < 10
+        name = victim.removesuffix('_node').removesuffix('_driver')
+        assert f'{name} was ended by SIGKILL; ending the others.' in cell.said
+        assert 'Traceback' not in cell.said
+        assert not [node for node in nodes.values() if node.is_running()]
+
+
+@pytest.mark.slow
+def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        arm_words = (*START_CELL, '--only', 'arm', '--seed', '1')
+        arm = graph.run('arm', *arm_words)
+        graph.start('likeme_perception.perception_node')
+        thinking = graph.start('likeme_inference.inference_node', action_timeout=ACTION_TIMEOUT)
+        joints = graph.collect(JointState, 'joint_states')
+        decisions = graph.collect(Decision, 'decision', LATCHED)
+        outcomes = graph.collect(Outcome, 'outcome', LATCHED)
+        tables = graph.collect(TableState, 'table_state')
+        graph.until(lambda: tables, 30, 'a table state')
+        assert act(graph, 'human', 'chicken', Act.PLACE_LEFT).success
+        graph.until(lambda: decisions, 20, 'AT_GOAL')
+        assert act(graph, 'human', 'chicken', Act.PLACE_RIGHT).success
+        graph.until(lambda: decisions[-1].kind == Decision.EXECUTE, 20, 'EXECUTE')
+        asked = time.monotonic()
+        until_moving(graph, joints)
+        children(arm)['arm_driver_node'].kill()
+        assert arm.wait(10) == 1
+        graph.run('arm_again', *arm_words)
+        outcome = graph.until(lambda: outcomes, ACTION_TIMEOUT + 20, 'an outcome').pop()
+        failed_after = time.monotonic() - asked
+        joints.clear()
+        graph.until(lambda: joints, 30, 'the new arm')
+        graph.during(3.0)
+
+        assert (outcome.result, outcome.motion_outcome) == (Outcome.ARM_FAILED, 255)
+        assert 'I will not repeat it' in outcome.sentence
+        assert failed_after < ACTION_TIMEOUT + 2
+        assert max(math.dist(j.position, joints[0].position) for j in joints) < STILL
+        assert not outcomes
+        assert thinking.alive
+
+        tables.clear()
+        reset = ResetCell.Request(objects=['chicken'], states=[ObjectState.RIGHT])
+        assert graph.call(ResetCell, 'cell/reset', reset).success
+        graph.until(lambda: tables and tables[-1].settled, 20, 'a settled table')
+        assert act(graph, 'arm', 'chicken', Act.PUSH_LEFT).outcome == Act.COMPLETED
+
+
+def test_an_arm_that_freezes_for_a_while_goes_on(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        arm = graph.start('likeme_arm_sim.arm_driver_node', seed=1)
+        motion = begin(graph, 'human', 'chicken', Act.PLACE_LEFT)
+        joints = graph.collect(JointState, 'joint_states')
+        graph.until(lambda: len(joints) > 20, 20, 'joint_states')
+        arm.signal(signal.SIGSTOP)
+        graph.during(3.0)
+        assert not motion.done()
+        arm.signal(signal.SIGCONT)
+        graph.until(motion.done, 30, 'an answer')
+        assert motion.result().success
+
+
+def test_a_second_cell_on_the_same_domain_is_refused(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        first = graph.run('first', *START_CELL, '--only', 'inference')
+        graph.until(lambda: 'Show me something' in first.said, 20, 'the first cell')
+        second = graph.run('second', *START_CELL)
+        other = graph.run('other', *START_CELL, '--only', 'perception')
+        graph.until(lambda: 'perception on ROS domain' in other.said, 20, 'the other part')
+
+        assert second.wait(10) == 1
+        assert second.said == (
+            f'inference runs already on ROS domain {graph.domain}: end that cell, or take another '
+            'domain with --domain.\n'
+        )
+        assert first.alive
+        first.signal(signal.SIGKILL)
+        third = graph.run('third', *START_CELL, '--only', 'inference')
+        graph.until(lambda: 'Show me something' in third.said, 20, 'a cell after the first')
+
+
+@pytest.mark.parametrize(
+    ('words', 'why'),
+    [
+        (('--domain', '500'), '--domain'),
+        (('--params', '/no/such/file.yaml'), "'/no/such/file.yaml' does not exist"),
+        (('--only', 'legs'), "'legs' is not one of"),
+        (('--mode', 'telepathy'), "'telepathy' is not one of"),
+    ],
+)
+def test_a_cell_with_wrong_words_does_not_start(
+    tmp_path: Path, words: tuple[str, ...], why: str
+) -> None:
+    told = subprocess.run(
+        [SCRIPTS / 'start_cell.sh', *words], capture_output=True, text=True, timeout=30,
+        cwd=tmp_path, check=False,
+    )  # fmt: skip
+    assert told.returncode == 2
+    assert why in told.stderr
+    assert 'Traceback' not in told.stderr
+
+
+def test_scripts_without_a_cell(tmp_path: Path) -> None:
+    link = tmp_path / 'a link to a script.sh'
+    link.symlink_to(SCRIPTS / 'ask_human.sh')
+    commands = (
+        [SCRIPTS / 'arm.sh', 'push_left', 'pear'],
+        [SCRIPTS / 'show.sh', 'pear', 'left', 'right'],
+        [SCRIPTS / 'cell.sh', 'hold'],
+        [link, 'list'],
+    )
+    with Graph(tmp_path) as graph:
+        begun = time.monotonic()
+        runs = [
+            subprocess.Popen(
+                command, cwd=tmp_path, env=graph.env, stderr=subprocess.PIPE, text=True
+            )
+            for command in commands
+        ]
+        said = [run.communicate(timeout=30)[1] for run in runs]
+        seconds = time.monotonic() - begun
+
+    assert [run.returncode for run in runs] == [3] * len(runs)
+    assert all(sentence.count('\n') == 1 for sentence in said), said
+    assert 'is the cell running?' in said[0]
+    # Four at once on two cores; each gives up after less.
+    assert seconds < 15
