@@ -50,7 +50,9 @@ seconds_since() { awk -v a="$1" -v b="$EPOCHREALTIME" 'BEGIN {printf "%.1f", b -
 explain() {
   local tail
   tail=$(tail -n 60 "$LOG" 2>/dev/null || true)
-  if grep -qiE 'no space left|disk quota' <<<"$tail"; then
+  if grep -qi 'invalid peer certificate' <<<"$tail"; then
+    fail "$1: the package index showed a certificate that this system does not trust. Details: $LOG"
+  elif grep -qiE 'no space left|disk quota' <<<"$tail"; then
     fail "$1: the disk is full ($(free_mib) MiB left in $LIKEME_ROOT)."
   elif grep -qiE 'error sending request|dns error|name or service not known|temporary failure in name|connection refused|network is unreachable|failed to establish a new connection|timed out|could not resolve|failed to fetch|from versions: none' <<<"$tail"; then
     fail "$1: the package index did not answer. Is there a network? Details: $LOG"
@@ -168,7 +170,11 @@ lock_lines() {
     '/^[A-Za-z0-9]/ {keep = ($0 ~ names) == (mode == "only")} /^[^#]/ && keep' requirements.lock
 }
 
-uv() { env -u PYTHONPATH -u LD_LIBRARY_PATH UV_PYTHON_INSTALL_DIR="$LIKEME_ROOT/$VENV/python" "$VENV/uv/bin/uv" "$@"; }
+# The system's certificates, as pip uses them: laboratories often sit behind a proxy with its own.
+uv() {
+  env -u PYTHONPATH -u LD_LIBRARY_PATH UV_SYSTEM_CERTS="${UV_SYSTEM_CERTS:-1}" \
+    UV_PYTHON_INSTALL_DIR="$LIKEME_ROOT/$VENV/python" "$VENV/uv/bin/uv" "$@"
+}
 
 install_uv() {
   lock_lines only uv >"$STATE/uv.txt"

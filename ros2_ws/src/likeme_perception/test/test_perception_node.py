@@ -262,4 +262,6 @@ def test_a_signal_ends_it_silently(studio, number: int, at_work: bool) -> None:
             node.kill()
             camera.close()
     assert node.returncode == 0, out
-    assert [line for line in out.splitlines() if 'Background learned' not in line] == []
+    # Images may be discovered before camera_info is: that is said, and no part of the ending.
+    usual = ('Background learned', 'no camera_info has come yet')
+    assert [line for line in out.splitlines() if not any(word in line for word in usual)] == []
