@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,9 @@ from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import direct_policy, goal_posterior, map_goal
 from likeme_inference.tabletop.model_file import shipped
 
-REFERENCE = Path('/work/shared/data/robot_counts.csv')
+ROOT = Path(__file__).parents[4]
+SHARED = Path(os.environ.get('LIKEME_SHARED', ROOT.parent / 'shared'))
+REFERENCE = SHARED / 'data' / 'robot_counts.csv'
 UNIFORM = (1 / 3, 1 / 3, 1 / 3)
 L, R, O = State  # noqa: E741
 CHANGES = [(L, R), (L, O), (R, L), (R, O)]
