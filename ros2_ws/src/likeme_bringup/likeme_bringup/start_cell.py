@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
+import yaml
 
 from likeme_bringup.one_cell import AlreadyRunningError, claim
 from likeme_bringup.supervisor import Child, Supervisor
@@ -90,6 +91,30 @@ def command(part: Part, settings: Settings) -> list[str]:
     return arguments
 
 
+def parameter_file(path: Path) -> Path:
+    """The absolute path of a ROS parameter file, which every node will read.
+
+    Raises:
+        typer.BadParameter: it is no YAML, or not laid out as node: ros__parameters: name: value.
+    """
+    try:
+        nodes = yaml.safe_load(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        reason = ' '.join(str(error).split())
+        raise typer.BadParameter(
+            f'{path} cannot be read: {reason}', param_hint='--params'
+        ) from None
+    laid_out = isinstance(nodes, dict) and all(
+        isinstance(node, dict) and 'ros__parameters' in node for node in nodes.values()
+    )
+    if not laid_out:
+        raise typer.BadParameter(
+            f'expected node: ros__parameters: name: value in {path}, see config/cell.yaml',
+            param_hint='--params',
+        )
+    return path.resolve()
+
+
 def start_cell(
     only: Annotated[
         list[Part] | None, typer.Option(help='Start this part alone; may be repeated.')
@@ -130,7 +155,7 @@ def start_cell(
         seed,
         real_time_factor,
         model.resolve() if model else None,
-        tuple(p.resolve() for p in params or ()),
+        tuple(parameter_file(path) for path in params or ()),
     )
     supervisor = Supervisor(children(parts, settings, network))
     reach = 'the subnet' if network else 'this host only'

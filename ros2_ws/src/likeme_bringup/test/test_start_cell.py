@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from likeme_bringup.start_cell import (
@@ -18,6 +19,7 @@ from likeme_bringup.start_cell import (
     children,
     command,
     executable,
+    parameter_file,
 )
 
 PACKAGE = Path(__file__).parents[1]
@@ -139,3 +141,21 @@ def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) 
 
     assert set(launch['ARGUMENTS']) == set(inspect.signature(start_cell).parameters)
     assert len(launch['generate_launch_description']().args[0]) == len(launch['ARGUMENTS']) + 1
+
+
+@pytest.mark.parametrize(
+    ('text', 'reason'),
+    [('x: [', 'cannot be read'), ('perception_node: {min_height: 1.0}', 'ros__parameters')],
+)
+def test_a_parameter_file_that_no_node_could_read_is_refused(
+    tmp_path: Path, text: str, reason: str
+) -> None:
+    path = tmp_path / 'mine.yaml'
+    path.write_text(text)
+    with pytest.raises(typer.BadParameter, match=reason):
+        parameter_file(path)
+
+
+def test_the_shipped_parameter_file_is_accepted() -> None:
+    path = PACKAGE / 'config' / 'cell.yaml'
+    assert parameter_file(path) == path.resolve()
