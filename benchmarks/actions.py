@@ -1,8 +1,8 @@
 """What the simulated robot's six actions do to each object, beside the real robot's trials.
 
 Headless and without perception: the target pose is the true one with an error like perception's
-(a bias of 5 mm, 4 mm and 0.1 rad of noise), the others lie on the floor, and success is told by the
-simulator's own truth. `--seeds N` (10): trials of each object, initial state and action.
+(a bias of 5 mm, 4 mm and 0.1 rad of noise), the others lie on the floor, and success is told by
+the simulator's own truth. `--seeds N` (10): trials of each object, initial state and action.
 """
 
 from __future__ import annotations
