@@ -134,10 +134,10 @@ def test_a_second_cell_on_the_same_domain_is_refused(tmp_path: Path) -> None:
         first = graph.run('first', *START_CELL, '--only', 'inference')
         graph.until(lambda: 'Show me something' in first.said, 20, 'the first cell')
         second = graph.run('second', *START_CELL)
+        assert second.wait(20) == 1
         other = graph.run('other', *START_CELL, '--only', 'perception')
         graph.until(lambda: 'perception on ROS domain' in other.said, 20, 'the other part')
 
-        assert second.wait(10) == 1
         assert second.said == (
             f'inference runs already on ROS domain {graph.domain}: end that cell, or take another '
             'domain with --domain.\n'
