@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks, choose
 from likeme_inference.tabletop.domain import Action, Manner, Mode, State
-from likeme_inference.tabletop.goal_inference import (
-    direct_policy,
-    goal_posterior,
-    map_goal,
-    map_index,
-)
+from likeme_inference.tabletop.goal_inference import goal_posterior, map_goal, map_index
+from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.transition_model import TransitionModel
 
-PEAR = shipped().objects['pear']
-UNTRIED = TransitionModel(np.zeros((3, 6, 3), dtype=np.int64))
+PEAR = shipped().goal_model('pear')
+UNTRIED = GoalModel.of(TransitionModel.untried(3, 6).transition)
 L, R, O = State  # noqa: E741
 
 
-def make(model: TransitionModel, x_i: State, goal: State, mode: Mode, tau: float = 0.5) -> Choice:
-    return choose(model, x_i, goal, Action.of(Manner.PLACE, goal), mode, tau)
+def make(
+    model: GoalModel, x_i: State, goal: State, mode: Mode, tau: float = 0.5, left: int = 3
+) -> Choice:
+    return choose(model, x_i, goal, Action.of(Manner.PLACE, goal), mode, tau, left)
 
 
 def test_actions_know_manner_and_target() -> None:
@@ -39,10 +38,11 @@ def test_ties_go_to_the_preferred_then_to_the_lowest() -> None:
 
 
 def test_a_change_the_robot_cannot_explain_leaves_the_prior_and_its_end_is_the_goal() -> None:
-    policy = direct_policy(PEAR.transition)
-    posterior = goal_posterior(PEAR.transition, policy, O, R, [0.3, 0.3, 0.4])
+    prior = [0.3, 0.3, 0.4]
+    posterior = goal_posterior(PEAR.transition, PEAR.policy, O, R, prior)
 
-    assert posterior.tolist() == [0.3, 0.3, 0.4]
+    assert posterior.tolist() == prior
+    assert GoalModel.of(PEAR.transition, prior=prior).goal_posterior(O, R).tolist() == prior
     assert map_goal([1 / 3] * 3, R) == R
 
 
@@ -61,10 +61,10 @@ def test_at_the_goal_nothing_moves(mode: Mode) -> None:
 
 @pytest.mark.parametrize('goal', [L, R])
 @pytest.mark.parametrize('model', [PEAR, UNTRIED])
-def test_off_the_table_is_out_of_reach(goal: State, model: TransitionModel) -> None:
+def test_off_the_table_is_out_of_reach(goal: State, model: GoalModel) -> None:
     kinds = [make(model, O, goal, mode, 0.0).kind for mode in Mode]
 
-    assert kinds == [Kind.NO_ACTION, Kind.NO_ACTION, Kind.ASK_HUMAN]
+    assert kinds == [Kind.NO_ACTION, Kind.NO_ACTION, Kind.ASK_HUMAN, Kind.ASK_HUMAN]
     assert make(model, O, goal, Mode.INTERACTIVE).action == Action.of(Manner.PLACE, goal)
 
 
@@ -84,9 +84,62 @@ def test_trajectory_repeats_even_what_never_worked() -> None:
 
 def test_never_tried_is_uniform() -> None:
     assert np.all(UNTRIED.transition == 1 / 3)
-    assert not UNTRIED.tried.any()
+    assert not TransitionModel.untried(3, 6).tried.any()
     made = make(UNTRIED, L, R, Mode.GOAL_BASED)
     assert (made.kind, made.action) == (Kind.EXECUTE, Action.PLACE_RIGHT)
+
+
+def test_with_three_actions_the_pear_needs_no_help() -> None:
+    once, thrice = (make(PEAR, R, L, Mode.SEQUENTIAL, left=n) for n in (1, 3))
+
+    assert (once.kind, once.plan_value) == (Kind.ASK_HUMAN, 0.4)
+    assert (thrice.kind, thrice.action, thrice.actions_left) == (
+        Kind.EXECUTE, Action.PUSH_LEFT, 3,
+    )  # fmt: skip
+    assert thrice.predicted_success == 0.4
+    assert thrice.plan_value == max(thrice.plan_success) == pytest.approx(1 - 0.6**3)
+
+
+def test_spent_actions_ask_even_at_threshold_zero() -> None:
+    made = make(PEAR, R, L, Mode.SEQUENTIAL, 0.0, left=0)
+
+    assert (made.kind, made.action) == (Kind.ASK_HUMAN, Action.PUSH_LEFT)
+    assert (made.plan_value, made.plan_success) == (0, (0.0,) * 6)
+    assert make(PEAR, L, L, Mode.SEQUENTIAL, 0.0, left=0).plan_value == 1
+
+
+def test_repeating_needs_something_to_repeat() -> None:
+    with pytest.raises(ValueError, match='demonstrated action to repeat, got None'):
+        choose(PEAR, R, L, None, Mode.TRAJECTORY, 0.5)
+
+
+@pytest.mark.parametrize(
+    ('fields', 'message'),
+    [
+        ({'transition': np.zeros((3, 6, 2))}, r'transition of shape \(3, 6, 3\), got \(3, 6, 2\)'),
+        ({'prior': [0.5, 0.5]}, r'prior of shape \(3,\), got \(2,\)'),
+        ({'prior': [0.5, math.nan, 0.5]}, 'prior of 0 or more, got nan'),
+        ({'demonstrator': np.ones((3, 5, 3))}, r'demonstrator of shape \(3, 6, 3\)'),
+        ({'goals': np.eye(4)}, r'goals of shape \(4, 3\), got \(4, 4\)'),
+    ],
+)
+def test_models_that_are_none(fields: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        GoalModel.of(**{'transition': PEAR.transition} | fields)
+
+
+@pytest.mark.parametrize(
+    ('x_i', 'x_f', 'message'),
+    [
+        (-1, 0, 'states from 0 to 2, got -1'),
+        ([0.5, 0.5], 0, r'distributions over 3 states, got shape \(2,\)'),
+        ([math.nan, 1.0, 0.0], 0, '0 or more, got nan'),
+        ([-0.5, 1.0, 0.5], [1.0, 0.0, 0.0], '0 or more, got -0.5'),
+    ],
+)
+def test_evidence_that_is_none(x_i: Any, x_f: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        PEAR.goal_posterior(x_i, x_f)
 
 
 @pytest.mark.parametrize(
@@ -103,6 +156,27 @@ def test_counts_that_are_none(counts: np.ndarray, message: str) -> None:
         TransitionModel(counts)
 
 
+def test_trials_are_added_and_never_taken_away() -> None:
+    pear = shipped().objects['pear']
+    more = pear.add(R, Action.PUSH_LEFT, L, times=2)
+
+    assert (pear.trials, more.trials) == (180, 182)
+    assert more.counts[R, Action.PUSH_LEFT].tolist() == [6, 6, 0]
+    assert pear.merge(more).trials == 362
+    with pytest.raises(ValueError, match='at least 1 trial, got -1'):
+        pear.add(R, Action.PUSH_LEFT, L, times=-1)
+    with pytest.raises(ValueError, match='a from 0 to 5, got 6'):
+        pear.add(R, 6, L)
+    with pytest.raises(ValueError, match=r'shape \(3, 6, 3\), got \(2, 6, 2\)'):
+        pear.merge(TransitionModel.untried(2, 6))
+    with pytest.raises(ValueError, match=r'prior 0\.0, got 0\.5'):
+        pear.merge(TransitionModel.untried(3, 6, 0.5))
+    with pytest.raises(ValueError, match='0 or more, got -1'):
+        TransitionModel.untried(3, 6, -1)
+
+
 def test_models_cannot_be_changed() -> None:
     with pytest.raises(ValueError, match='read-only'):
-        PEAR.counts[0, 0, 0] = 1
+        PEAR.transition[0, 0, 0] = 1
+    with pytest.raises(ValueError, match='read-only'):
+        shipped().objects['pear'].counts[0, 0, 0] = 1

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from likeme_inference.tabletop.domain import Action, State
+from likeme_inference.tabletop.action_selection import Kind, choose
+from likeme_inference.tabletop.domain import Action, Mode, State
 from likeme_inference.tabletop.model_file import (
     ModelFileError,
     format_model,
@@ -51,6 +52,46 @@ def test_round_trip(model: RobotModel, tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ['model.csv']
 
 
+KITCHEN = """\
+likeme_transition_model,1
+name,kitchen
+version,1
+source,a,A cook
+states,board,pan,plate,floor
+actions,lift,tip
+goal,served,plate
+goal,indoors,board,pan,plate
+aim,tip,served
+out_of_reach,floor
+object,x_i,action,board,pan,plate,floor,source
+egg,pan,tip,0,1,7,2,a
+end,1,10
+"""
+
+
+def test_any_world_of_names(tmp_path: Path) -> None:
+    kitchen = parse(KITCHEN)
+    save(kitchen, tmp_path / 'kitchen.csv')
+
+    assert load(tmp_path / 'kitchen.csv') == kitchen
+    assert kitchen.domain.shape == (4, 2, 4)
+    assert kitchen.domain.goal_matrix.tolist() == [[0, 0, 1, 0], [1, 1, 1, 0]]
+    assert (kitchen.domain.stuck.tolist(), kitchen.domain.aimed) == (
+        [False] * 3 + [True],
+        ((1,), ()),
+    )
+    pan, tip = kitchen.domain.state('pan'), kitchen.domain.action('tip')
+    egg = kitchen.goal_model('egg')
+    assert egg.success(pan, kitchen.domain.goal('served')).tolist() == [0.25, 0.7]
+    made = choose(egg, pan, 0, None, Mode.INTERACTIVE, 0.5, domain=kitchen.domain)
+    assert (made.kind, made.action, made.predicted_success) == (Kind.EXECUTE, tip, 0.7)
+    fallen = choose(egg, 3, 0, None, Mode.SEQUENTIAL, 0.5, 3, kitchen.domain)
+    assert (fallen.kind, fallen.plan_value) == (Kind.ASK_HUMAN, 0)
+    assert (
+        choose(egg, 0, 1, None, Mode.GOAL_BASED, 0.5, domain=kitchen.domain).kind is Kind.AT_GOAL
+    )
+
+
 def test_the_shipped_model_names_its_source() -> None:
     assert 'mjyc/chung2015plosone_robot_data' in shipped().sources['paper']
     assert '10.1371/journal.pone.0141965' in shipped().sources['paper']
@@ -65,8 +106,14 @@ def test_the_shipped_model_names_its_source() -> None:
         ('version,7', 'version,', "line 5: expected 'version,...'"),
         ('source,b', 'source,a', "line 7: expected each source once, got 'a' again"),
         ('source,b,Another', 'source,b', 'line 7: expected "source,KEY,SENTENCE"'),
-        ('LEFT,RIGHT,OFFTABLE\nact', 'RIGHT,LEFT,OFFTABLE\nact', "line 8: expected 'states,LEFT"),
-        ('PUSH_RIGHT,PUSH_OFFTABLE', 'PUSH_OFFTABLE', "line 9: expected 'actions,PLACE_LEFT"),
+        ('LEFT,RIGHT,OFFTABLE\nact', 'RIGHT,LEFT,OFFTABLE\nact', "line 10: expected 'object"),
+        ('states,LEFT', 'state,LEFT', "line 8: expected 'states,NAME,...'"),
+        ('states,LEFT', 'states,RIGHT', 'line 9: Expected at least one state, each named once'),
+        ('actions,', '', "line 9: expected 'actions,NAME,...', got 'PLACE_LEFT"),
+        ('PUSH_RIGHT,PUSH_OFFTABLE', 'PUSH_OFFTABLE', "line 11: expected one of .* 'PUSH_RIGHT'"),
+        ('object,x_i', 'goal,TIDY\nobject,x_i', 'line 10: expected "goal,NAME,STATE,..."'),
+        ('object,x_i', 'goal,TIDY,UP\nobject,x_i', "line 9: Expected one of the states .*'UP'"),
+        ('object,x_i', 'aim,PULL,LEFT\nobject,x_i', "line 9: Expected one of the act.*'PULL'"),
         ('object,x_i', 'x_i,object', "line 10: expected 'object,x_i"),
         ('pear,LEFT,PUSH_RIGHT,1', 'pear,UP,PUSH_RIGHT,1', "line 11: expected one of LEFT .*'UP'"),
         ('PUSH_RIGHT,1,8', 'PULL,1,8', "line 11: expected one of PLACE_LEFT .* got 'PULL'"),

@@ -362,3 +362,89 @@ def test_calls_out_of_order_are_refused() -> None:
 def test_settings_that_are_none(settings: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Settings(**settings)
+
+
+def missed(here: ImitationSession, at: float, x_f: State, **motion: Motion) -> Outcome:
+    """The arm ends its motion, and the camera sees the object elsewhere."""
+    here.motion_finished(MotionReport(motion.get('motion', Motion.COMPLETED), 'Done.', ns(at)))
+    outcome = here.look(table(at + 0.1, lemon=x_f))
+    assert isinstance(outcome, Outcome)
+    assert outcome.result is Result.MISSED
+    return outcome
+
+
+def test_sequential_looks_and_plans_again_after_a_miss() -> None:
+    here = session(Mode.SEQUENTIAL, action_budget=2)
+    first = show_and_put_back(here, 'lemon', R, L)
+    missed(here, 12, R)
+    second = here.look(table(12.2, lemon=R))
+    missed(here, 15, R)
+    asking = here.look(table(15.2, lemon=R))
+
+    assert isinstance(second, Decision)
+    assert isinstance(asking, Decision)
+    assert [d.actions_left for d in (first, second, asking)] == [2, 1, 0]
+    assert [d.kind for d in (first, second, asking)] == [
+        Kind.EXECUTE, Kind.EXECUTE, Kind.ASK_HUMAN,
+    ]  # fmt: skip
+    assert [d.demonstration for d in (second, asking)] == [first.demonstration] * 2
+    assert asking.sentence.endswith('and my actions are spent: I ask.')
+    assert 'with 2 actions I get there with p = ' in first.sentence
+    here.answered(Reply.TRY_ANYWAY)
+    assert missed(here, 18, R).actor is Actor.ROBOT
+    assert here.phase is Phase.IDLE
+
+
+def test_sequential_asks_when_the_object_fell_off() -> None:
+    here = session(Mode.SEQUENTIAL)
+    show_and_put_back(here, 'lemon', R, L)
+    missed(here, 12, O)
+    asking = here.look(table(12.2, lemon=O))
+
+    assert isinstance(asking, Decision)
+    assert (asking.kind, asking.actions_left, asking.plan_value) == (Kind.ASK_HUMAN, 2, 0)
+    assert 'out of my reach' in asking.sentence or 'below 0.50' in asking.sentence
+
+
+def test_sequential_ends_when_the_object_rolled_to_the_goal_by_itself() -> None:
+    here = session(Mode.SEQUENTIAL)
+    show_and_put_back(here, 'lemon', R, L)
+    missed(here, 12, R)
+    at_goal = here.look(table(12.2, lemon=L))
+
+    assert isinstance(at_goal, Decision)
+    assert at_goal.kind is Kind.AT_GOAL
+    assert here.phase is Phase.IDLE
+
+
+def test_sequential_starts_anew_with_every_demonstration() -> None:
+    here = session(Mode.SEQUENTIAL, action_budget=2)
+    show_and_put_back(here, 'lemon', R, L)
+    missed(here, 12, R)
+    here.observe_demonstration(shown('lemon', R, L, at=20))
+    here.look(table(20, lemon=L))
+    here.observe_demonstration(shown('lemon', L, R, at=25))
+    decision = here.look(table(25, lemon=R))
+
+    assert isinstance(decision, Decision)
+    assert decision.actions_left == 2
+
+
+@pytest.mark.parametrize('mode', [m for m in Mode if m is not Mode.SEQUENTIAL])
+def test_other_modes_do_not_try_again(mode: Mode) -> None:
+    here = session(mode)
+    show_and_put_back(here, 'lemon', R, L)
+    missed(here, 12, R)
+
+    assert here.phase is Phase.IDLE
+
+
+def test_nobody_goes_on_after_a_hold_or_an_arm_that_failed() -> None:
+    held, failed = session(Mode.SEQUENTIAL), session(Mode.SEQUENTIAL)
+    for here in (held, failed):
+        show_and_put_back(here, 'lemon', R, L)
+    missed(held, 12, R, motion=Motion.HELD)
+    outcome = failed.motion_finished(MotionReport(None, 'It is gone.'))
+
+    assert isinstance(outcome, Outcome)
+    assert held.phase is failed.phase is Phase.IDLE

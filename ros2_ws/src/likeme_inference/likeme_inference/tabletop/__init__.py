@@ -1,1 +1,76 @@
-"""The discrete model of the paper (Methods, Case II), as plain Python without ROS."""
+"""The discrete model of the paper (Methods, Case II), as plain Python without ROS.
+
+| paper | here |
+| --- | --- |
+| states, actions, goals | `Domain`; the table of the paper is `TABLETOP` |
+| Fig 3a, Fig 7: p(X_f given X_i, A), learned from trials | `TransitionModel`, `dirichlet` |
+| Fig 3b: p(A given x_i, x_f) | `GoalModel.action_posterior` |
+| Fig 3c: p(A given G, X_i), both variants | `direct_policy`, `explored_policy`, `explore` |
+| Fig 3d, 8a: p(G given x_i, x_f) | `GoalModel.goal_posterior` |
+| Fig 3e, 8b: what to do for a goal | `GoalModel.action_for`, `choose` |
+| Fig 3f, 8c: what will come of it | `GoalModel.predict` |
+| Table 1: the modes | `Mode`, `choose` |
+| future work: acting more than once | `plan`, `spread` |
+| future work: what to try next | `information_gain`, `shared_prior` |
+| many states, mostly empty | `SparseGoalModel` |
+
+    from likeme_inference.tabletop import GoalModel, shipped, State
+    pear = shipped().goal_model('pear')
+    pear.goal_posterior(State.LEFT, State.RIGHT)   # array([0.02343878, 0.9684478 , 0.00811342])
+"""
+
+from likeme_inference.tabletop.action_selection import Choice, Kind, choose
+from likeme_inference.tabletop.dirichlet import (
+    aimed_prior,
+    credible_interval,
+    leave_one_out,
+    sample_transitions,
+)
+from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, Policy, State
+from likeme_inference.tabletop.exploration import help_rate, information_gain
+from likeme_inference.tabletop.goal_inference import direct_policy, map_goal, map_index
+from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.model_file import load, save, shipped
+from likeme_inference.tabletop.planning import Plan, plan, spread
+from likeme_inference.tabletop.policy import explore, explored_policy, reinforced
+from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
+from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.sparse import SparseGoalModel
+from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
+
+__all__ = [
+    'TABLETOP',
+    'Action',
+    'Choice',
+    'Domain',
+    'GoalModel',
+    'Kind',
+    'Manner',
+    'Mode',
+    'Plan',
+    'Policy',
+    'RobotModel',
+    'SparseGoalModel',
+    'State',
+    'TransitionModel',
+    'TrialCounts',
+    'aimed_prior',
+    'choose',
+    'credible_interval',
+    'direct_policy',
+    'explore',
+    'explored_policy',
+    'help_rate',
+    'information_gain',
+    'leave_one_out',
+    'load',
+    'map_goal',
+    'map_index',
+    'maximum_likelihood',
+    'plan',
+    'reinforced',
+    'sample_transitions',
+    'save',
+    'shipped',
+    'spread',
+]

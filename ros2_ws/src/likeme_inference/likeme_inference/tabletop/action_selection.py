@@ -6,9 +6,11 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
-from likeme_inference.tabletop.domain import OUT_OF_REACH, Action, Mode, State
-from likeme_inference.tabletop.goal_inference import direct_policy, map_index
-from likeme_inference.tabletop.transition_model import FloatArray, TransitionModel
+from likeme_inference.tabletop.domain import TABLETOP, Mode
+from likeme_inference.tabletop.goal_inference import map_index
+from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.planning import plan
+from likeme_inference.tabletop.spaces import Domain
 
 
 class Kind(IntEnum):
@@ -30,19 +32,20 @@ class Choice(NamedTuple):
         success_probability: P(X_f = goal | x_i, A), shape [a].
         predicted: P(X_f | x_i, A = action), shape [x_f]; empty without an action.
         predicted_success: P(X_f = goal) under the action; NaN without one.
+        actions_left: how many actions there were to plan with; 1 but in the sequential mode.
+        plan_success: P(goal within actions_left), a first, then the best each time; shape [a].
+        plan_value: the greatest of them, what the sequential mode holds against the threshold.
     """
 
     kind: Kind
-    action: Action | None
+    action: int | None
     action_probability: tuple[float, ...]
     success_probability: tuple[float, ...]
     predicted: tuple[float, ...]
     predicted_success: float
-
-
-def map_action(action_probability: FloatArray, goal: State) -> Action:
-    """Take the MAP action; among equals one that aims at the goal, then the lowest number."""
-    return Action(map_index(action_probability, tuple(a for a in Action if a.target == goal)))
+    actions_left: int
+    plan_success: tuple[float, ...]
+    plan_value: float
 
 
 def asks(predicted_success: float, threshold: float) -> bool:
@@ -56,31 +59,80 @@ def asks(predicted_success: float, threshold: float) -> bool:
 
 
 def choose(
-    model: TransitionModel,
-    x_i: State,
-    goal: State,
-    demonstrated: Action,
+    model: GoalModel,
+    x_i: int,
+    goal: int,
+    demonstrated: int | None,
     mode: Mode,
     threshold: float,
+    actions_left: int = 1,
+    domain: Domain = TABLETOP,
 ) -> Choice:
     """Choose what to do with an object seen in x_i that is wanted at the goal.
 
     trajectory repeats `demonstrated`, whatever it leads to; goal_based takes a_MAP; interactive
-    takes a_MAP too, but asks when it would probably fail. Where nothing can be done (the object is
-    out of reach, or no action was ever seen to reach the goal) interactive asks at any threshold
-    and the others choose no action, except that trajectory repeats what is within its reach.
+    takes a_MAP too, but asks when it would probably fail; sequential takes the first action of the
+    best plan with the actions that are left, and asks when even that would probably fail. Where
+    nothing can be done (the object is out of reach, no action was ever seen to reach the goal, no
+    action is left) interactive and sequential ask at any threshold and the others choose no
+    action, except that trajectory repeats what is within its reach.
+
+    Args:
+        model: of the object.
+        x_i: where it is.
+        goal: where it is wanted.
+        demonstrated: what trajectory repeats; may be None in the other modes.
+        mode: see above.
+        threshold: below which interactive and sequential ask.
+        actions_left: what sequential may plan with.
+        domain: whose states and actions these are; ties and reach follow it.
+
+    Raises:
+        ValueError: trajectory without a demonstrated action.
     """
-    posterior = direct_policy(model.transition)[x_i, goal]
-    success = model.transition[x_i, :, goal]
-    known = (tuple(posterior.tolist()), tuple(success.tolist()))
-    if x_i == goal:
-        return Choice(Kind.AT_GOAL, None, *known, (), math.nan)
-    action, hopeless = demonstrated, x_i in OUT_OF_REACH
-    if mode is not Mode.TRAJECTORY:
-        action, hopeless = map_action(posterior, goal), hopeless or not success.any()
-    if hopeless and mode is not Mode.INTERACTIVE:
-        return Choice(Kind.NO_ACTION, None, *known, (), math.nan)
-    ask = mode is Mode.INTERACTIVE and (hopeless or asks(float(success[action]), threshold))
-    kind = Kind.ASK_HUMAN if ask else Kind.EXECUTE
-    predicted = tuple(model.transition[x_i, action].tolist())
-    return Choice(kind, action, *known, predicted, float(success[action]))
+    if mode is Mode.TRAJECTORY and demonstrated is None:
+        raise ValueError('Expected the demonstrated action to repeat, got None.')
+    posterior, success = model.policy[x_i, goal], model.success(x_i, goal).tolist()
+    planned = _plan(model, x_i, goal, actions_left if mode is Mode.SEQUENTIAL else 1, domain)
+
+    def chosen(kind: Kind, action: int | None = None, predicted: tuple[float, ...] = ()) -> Choice:
+        return Choice(
+            kind, action, tuple(posterior.tolist()), tuple(success), predicted,
+            math.nan if action is None else success[action],
+            planned.left, planned.success, planned.value,
+        )  # fmt: skip
+
+    if model.goals[goal, x_i]:
+        return chosen(Kind.AT_GOAL)
+    action, hopeless = demonstrated, bool(domain.stuck[x_i])
+    if mode is not Mode.TRAJECTORY or action is None:
+        action, hopeless = map_index(posterior, domain.aimed[goal]), planned.value <= 0
+        if mode is Mode.SEQUENTIAL and not hopeless:
+            action = planned.first
+    may_ask = mode in (Mode.INTERACTIVE, Mode.SEQUENTIAL)
+    if hopeless and not may_ask:
+        return chosen(Kind.NO_ACTION)
+    sure = planned.value if mode is Mode.SEQUENTIAL else success[action]
+    kind = Kind.ASK_HUMAN if may_ask and (hopeless or asks(sure, threshold)) else Kind.EXECUTE
+    return chosen(kind, action, tuple(model.transition[x_i, action].tolist()))
+
+
+class _Planned(NamedTuple):
+    """The best plan seen from one state: its first action, and Choice's last three fields."""
+
+    first: int
+    left: int
+    success: tuple[float, ...]
+    value: float
+
+
+def _plan(model: GoalModel, x_i: int, goal: int, left: int, domain: Domain) -> _Planned:
+    if left == 1:
+        # One action needs no iteration: its value is its success.
+        resting = bool(domain.stuck[x_i]) or bool(model.goals[goal, x_i])
+        held = (float(model.goals[goal, x_i]),) * model.transition.shape[1]
+        success = held if resting else tuple(model.success(x_i, goal).tolist())
+        return _Planned(map_index(success, domain.aimed[goal]), 1, success, max(success))
+    best = plan(model.transition, model.goals[goal] > 0, left, domain.stuck, domain.aimed[goal])
+    quality, value = best.quality[left, x_i].tolist(), float(best.value[left, x_i])
+    return _Planned(int(best.action[left, x_i]), left, tuple(quality), value)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum, StrEnum
 
+from likeme_inference.tabletop.spaces import Domain
+
 
 class State(IntEnum):
     """Where an object is: a value of X_i, X_f or G. LEFT is the robot's left."""
@@ -47,13 +49,31 @@ class Action(IntEnum):
 
 
 class Mode(StrEnum):
-    """How a demonstration is imitated: the three columns of Table 1."""
+    """How a demonstration is imitated: the three columns of Table 1, and acting more than once."""
 
     TRAJECTORY = 'trajectory'
     GOAL_BASED = 'goal_based'
     INTERACTIVE = 'interactive'
+    SEQUENTIAL = 'sequential'
+
+
+class Policy(StrEnum):
+    """Where P(A | G, X_i) comes from: the paper's two variants (Methods, Goal inference)."""
+
+    #: P(A | X_i, X_f = g), planned on the learned transition model; the paper's tables follow it.
+    DIRECT = 'direct'
+    #: What practising such plans converges to (goal-based exploration).
+    EXPLORED = 'explored'
 
 
 #: States out of which the robot cannot take an object ("our current implementation does not allow
 #: the robot to pick up objects that are located OFFTABLE").
 OUT_OF_REACH = frozenset({State.OFFTABLE})
+
+#: The paper's table as a Domain. Goals are states.
+TABLETOP = Domain(
+    states=tuple(state.name for state in State),
+    actions=tuple(action.name for action in Action),
+    aims={action.name: action.target.name for action in Action},
+    out_of_reach=frozenset(state.name for state in OUT_OF_REACH),
+)

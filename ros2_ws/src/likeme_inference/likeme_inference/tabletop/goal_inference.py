@@ -1,8 +1,9 @@
 """From a demonstrated change to the goal behind it (Fig 3b, 3c, 3d; Fig 8a).
 
-All functions are pure and work for any number of states and actions. A goal is the state to be
-reached, so goals are numbered as states. Axes are named: transition[x_i, a, x_f],
-policy[x_i, g, a], prior[g].
+All functions are pure and work for any number of states, actions and goals. Axes are named:
+transition[x_i, a, x_f], goals[g, x_f] (1 where x_f fulfils g), policy[x_i, g, a], prior[g].
+Leading axes before these (objects, models) are carried through. Nothing is ever NaN: what cannot
+happen under a model tells nothing, and leaves what was believed before.
 """
 
 from __future__ import annotations
@@ -22,26 +23,55 @@ def map_index(probability: ArrayLike, prefer: tuple[int, ...] = ()) -> int:
     Ties (within 1e-12) go to the first of `prefer` that is among the greatest, else to the lowest
     index, so that the same numbers always lead to the same choice.
     """
-    p = np.asarray(probability, dtype=np.float64)
-    greatest = np.flatnonzero(p >= p.max() - TIE)
-    return next((i for i in prefer if i in greatest), int(greatest[0]))
+    p = np.asarray(probability, dtype=np.float64).tolist()
+    least = max(p) - TIE
+    return next(
+        (i for i in prefer if p[i] >= least), next(i for i, v in enumerate(p) if v >= least)
+    )
 
 
-def direct_policy(transition: FloatArray) -> FloatArray:
-    """P(A | G = g, X_i) = P(A | X_i, X_f = g), the variant the paper follows, A uniform a priori.
+def reach(transition: FloatArray, goals: FloatArray | None = None) -> FloatArray:
+    """P(X_f fulfils g | X_i, A), shape [..., x_i, g, a]; goals None: each state is one."""
+    reached = transition if goals is None else transition @ goals.T
+    return np.swapaxes(reached, -1, -2)
 
-    policy[x_i, g, a] = transition[x_i, a, g] / sum over a. Where no action reaches g from x_i the
-    row is all zero: no action serves that goal, and none is preferred.
+
+def direct_policy(transition: FloatArray, goals: FloatArray | None = None) -> FloatArray:
+    """P(A | G = g, X_i) = P(A | X_i, X_f fulfils g), the variant the paper follows.
+
+    A is uniform a priori: policy[x_i, g, a] = reach[x_i, g, a] / sum over a. Where no action
+    reaches g from x_i the row is all zero: no action serves that goal, and none is preferred.
     """
-    reach = np.swapaxes(transition, -1, -2)
-    total = reach.sum(axis=-1, keepdims=True)
-    policy: FloatArray = np.divide(reach, total, out=np.zeros_like(reach), where=total > 0)
+    reached = reach(transition, goals)
+    total = reached.sum(axis=-1, keepdims=True)
+    policy: FloatArray = np.divide(reached, total, out=np.zeros_like(reached), where=total > 0)
     return policy
 
 
-def goal_likelihood(transition: FloatArray, policy: FloatArray, x_i: int, x_f: int) -> FloatArray:
-    """P(X_f = x_f | X_i = x_i, G) = sum over a of P(a | G, x_i) P(x_f | x_i, a); shape [g]."""
-    return np.asarray(policy[x_i] @ transition[x_i, :, x_f])
+def goal_likelihood(transition: FloatArray, policy: FloatArray) -> FloatArray:
+    """P(X_f | X_i, G) = sum over a of P(a | G, X_i) P(X_f | X_i, a); shape [..., x_i, x_f, g].
+
+    Args:
+        transition: of whoever acts: the robot's own ("like me"), or a demonstrator's.
+        policy: what they do for a goal; all-zero rows explain nothing.
+    """
+    return np.asarray(np.swapaxes(policy @ transition, -1, -2))
+
+
+def normalised(joint: FloatArray, otherwise: ArrayLike) -> FloatArray:
+    """Each last axis divided by its sum; `otherwise` where it sums to 0."""
+    total = joint.sum(axis=-1, keepdims=True)
+    fallback = np.array(np.broadcast_to(np.asarray(otherwise, dtype=np.float64), joint.shape))
+    return np.asarray(np.divide(joint, total, out=fallback, where=total > 0))
+
+
+def posterior_table(transition: FloatArray, policy: FloatArray, prior: ArrayLike) -> FloatArray:
+    """P(G | x_i, x_f) of every change under every model at once, shape [..., x_i, x_f, g].
+
+    What goal_posterior says of one change; leading axes (objects, models) are carried through.
+    """
+    prior = np.asarray(prior, dtype=np.float64)
+    return normalised(prior * goal_likelihood(transition, policy), prior)
 
 
 def goal_posterior(
@@ -50,13 +80,12 @@ def goal_posterior(
     """P(G | x_i, x_f), proportional to P(G) P(x_f | x_i, G), actions summed out (Fig 3d).
 
     A change that no goal can explain (the robot's own actions never did it) leaves the prior.
+    For many demonstrations, or uncertain ones, see GoalModel.
 
     prior[g] sums to 1; the result has the same shape.
     """
     prior = np.asarray(prior, dtype=np.float64)
-    joint = prior * goal_likelihood(transition, policy, x_i, x_f)
-    total = joint.sum()
-    return joint / total if total > 0 else prior.copy()
+    return normalised(prior * (policy[x_i] @ transition[x_i, :, x_f]), prior)
 
 
 def map_goal(posterior: ArrayLike, x_f: int) -> int:

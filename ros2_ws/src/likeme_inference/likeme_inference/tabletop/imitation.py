@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import choose
-from likeme_inference.tabletop.domain import Mode, State
-from likeme_inference.tabletop.goal_inference import direct_policy, goal_posterior, map_goal
+from likeme_inference.tabletop.domain import Action, Mode, Policy, State
+from likeme_inference.tabletop.goal_inference import map_goal
+from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.values import (
     Decision,
@@ -24,6 +25,12 @@ class Settings:
     """What may change from one decision to the next.
 
     Attributes:
+        threshold: predicted success (sequential: value of the best plan) below which it asks.
+        action_budget: actions the sequential mode may spend on one demonstration.
+        policy: where P(A | G, X_i) comes from.
+        concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood, as the
+            paper has it.
+        soft_evidence: whether perception's probabilities of x_i and x_f count, or their modes.
         goal_prior: P(G), indexed by State; sums to 1.
         turn_timeout: s of stamps in which the object must be put back after a demonstration.
         turn_delay: s of stamps for which the object must be seen settled off the goal before the
@@ -34,6 +41,10 @@ class Settings:
 
     mode: Mode = Mode.INTERACTIVE
     threshold: float = 0.5
+    action_budget: int = 3
+    policy: Policy = Policy.DIRECT
+    concentration: float = 0.0
+    soft_evidence: bool = True
     goal_prior: tuple[float, ...] = (1 / 3, 1 / 3, 1 / 3)
     turn_timeout: float = 60.0
     turn_delay: float = 0.5
@@ -48,17 +59,22 @@ class Settings:
             raise ValueError(f'Expected probabilities to sum to 1, got {sum(self.goal_prior):g}.')
         if not 0 <= self.threshold <= 1:
             raise ValueError(f'Expected a threshold from 0 to 1, got {self.threshold:g}.')
+        if self.action_budget < 1:
+            raise ValueError(f'Expected at least 1 action, got {self.action_budget}.')
+        if not 0 <= self.concentration < math.inf:
+            raise ValueError(f'Expected 0 pseudo-counts or more, got {self.concentration:g}.')
 
 
-def believe(model: RobotModel, prior: tuple[float, ...], demo: Demonstration) -> GoalBelief:
+def believe(model: RobotModel, settings: Settings, demo: Demonstration) -> GoalBelief:
     """Infer the goal of a demonstration by the robot's own model ("like me").
 
     Raises:
         ValueError: for an object the robot never tried.
     """
-    transition = model.model_of(demo.object).transition
-    policy = direct_policy(transition)
-    posterior = goal_posterior(transition, policy, demo.x_i, demo.x_f, prior)
+    soft = settings.soft_evidence
+    x_i = demo.x_i_probability if soft and demo.x_i_probability else demo.x_i
+    x_f = demo.x_f_probability if soft and demo.x_f_probability else demo.x_f
+    posterior = _goal_model(model, settings, demo.object).goal_posterior(x_i, x_f)
     goal = State(map_goal(posterior, demo.x_f))
     return GoalBelief(
         stamp=demo.stamp,
@@ -66,7 +82,7 @@ def believe(model: RobotModel, prior: tuple[float, ...], demo: Demonstration) ->
         object=demo.object,
         x_i=demo.x_i,
         x_f=demo.x_f,
-        prior=prior,
+        prior=settings.goal_prior,
         posterior=tuple(posterior.tolist()),
         goal=goal,
         model=model.label,
@@ -75,12 +91,23 @@ def believe(model: RobotModel, prior: tuple[float, ...], demo: Demonstration) ->
 
 
 def decide(
-    model: RobotModel, settings: Settings, demo: Demonstration, view: TableView, number: int
+    model: RobotModel,
+    settings: Settings,
+    demo: Demonstration,
+    view: TableView,
+    number: int,
+    actions_spent: int = 0,
 ) -> Decision:
-    """Choose what to do about a demonstration on the table as it is now."""
-    belief = believe(model, settings.goal_prior, demo)
+    """Choose what to do about a demonstration on the table as it is now.
+
+    actions_spent: by earlier decisions on the same demonstration (sequential mode).
+    """
+    belief = believe(model, settings, demo)
     x_i, goal, mode, tau = view.states[demo.object], belief.goal, settings.mode, settings.threshold
-    choice = choose(model.model_of(demo.object), x_i, goal, demo.action, mode, tau)
+    left = max(0, settings.action_budget - actions_spent)
+    known = _goal_model(model, settings, demo.object)
+    choice = choose(known, x_i, goal, demo.action, mode, tau, left)
+    action = None if choice.action is None else Action(choice.action)
     return Decision(
         stamp=view.stamp,
         frame=view.frame,
@@ -91,11 +118,16 @@ def decide(
         x_i=x_i,
         goal=goal,
         goal_posterior=belief.posterior,
-        **choice._asdict(),
+        **choice._replace(action=action)._asdict(),
         threshold=tau,
+        policy=settings.policy,
         model=model.label,
         sentence=sentences.decision(choice, demo.object, x_i, goal, mode, tau),
     )
+
+
+def _goal_model(model: RobotModel, settings: Settings, name: str) -> GoalModel:
+    return model.goal_model(name, settings.goal_prior, settings.policy, settings.concentration)
 
 
 def help_request(asking: Decision) -> HelpRequest:

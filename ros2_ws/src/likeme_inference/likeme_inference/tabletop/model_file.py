@@ -7,13 +7,18 @@ Comma-separated lines, `#` comments and empty lines anywhere, in this order:
     version,1
     source,paper,"Where, by whom, ..."  one line a source: key, sentence; at least one
     states,LEFT,RIGHT,OFFTABLE
-    actions,PLACE_LEFT,...              the names of domain.State and domain.Action, in order
+    actions,PLACE_LEFT,...              names in the order of their numbers
+    goal,TIDY,LEFT,RIGHT                a goal and its states; without any, each state is a goal
+    aim,PLACE_LEFT,LEFT                 the goal an action is meant for, if any; decides ties
+    out_of_reach,OFFTABLE               a state the robot cannot take an object from
     object,x_i,action,LEFT,RIGHT,OFFTABLE,source
     pear,LEFT,PLACE_LEFT,10,0,0,paper   how often x_f was LEFT, RIGHT, OFFTABLE, by that source
     ...
     end,54,540                          rows and trials above: a torn file has no such line
 
-Rows that are missing were never tried. The same row may come from several sources: counts add up.
+Lines of goal, aim and out_of_reach are left out for the tabletop, which knows its own
+(domain.TABLETOP). Rows that are missing were never tried. The same row may come from several
+sources: counts add up.
 """
 
 from __future__ import annotations
@@ -21,22 +26,17 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable, Iterator
-from enum import IntEnum
+from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import TypeVar
 
-from likeme_inference.tabletop.domain import Action, State
+from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
+from likeme_inference.tabletop.spaces import Domain
 
 FORMAT = ['likeme_transition_model', '1']
-STATES = [state.name for state in State]
-ACTIONS = [action.name for action in Action]
-HEADER = ['object', 'x_i', 'action', *STATES, 'source']
 
 Line = tuple[int, list[str]]
-Name = TypeVar('Name', bound=IntEnum)
 
 
 class ModelFileError(ValueError):
@@ -80,9 +80,16 @@ def format_model(model: RobotModel) -> str:
     out = csv.writer(text, lineterminator='\n')
     out.writerows([FORMAT, ['name', model.name], ['version', model.version]])
     out.writerows(['source', key, sentence] for key, sentence in model.sources.items())
-    out.writerows([['states', *STATES], ['actions', *ACTIONS], HEADER])
+    domain = model.domain
+    out.writerows([['states', *domain.states], ['actions', *domain.actions]])
+    if domain != TABLETOP:
+        out.writerows(['goal', name, *states] for name, states in domain.goals.items())
+        out.writerows(['aim', *aim] for aim in domain.aims.items())
+        out.writerows(['out_of_reach', state] for state in sorted(domain.out_of_reach))
+    out.writerow(_header(domain))
     out.writerows(
-        [row.object, row.x_i.name, row.action.name, *row.counts, row.source] for row in model.rows
+        [row.object, domain.states[row.x_i], domain.actions[row.action], *row.counts, row.source]
+        for row in model.rows
     )
     out.writerow(['end', len(model.rows), sum(sum(row.counts) for row in model.rows)])
     return text.getvalue()
@@ -98,10 +105,63 @@ def parse(text: str) -> RobotModel:
     _take(lines, FORMAT)
     name, version = _value(lines, 'name'), _value(lines, 'version')
     sources, after = _sources(lines)
-    _match(after, ['states', *STATES])
-    _take(lines, ['actions', *ACTIONS])
-    _take(lines, HEADER)
-    return RobotModel(name, version, sources, tuple(_rows(lines, sources)))
+    domain, after = _domain(after, lines)
+    _match(after, _header(domain))
+    return RobotModel(name, version, sources, tuple(_rows(lines, sources, domain)), domain)
+
+
+def _header(domain: Domain) -> list[str]:
+    return ['object', 'x_i', 'action', *domain.states, 'source']
+
+
+def _domain(first: Line, lines: Iterator[Line]) -> tuple[Domain, Line]:
+    """Read what the rows are about, and the line after it."""
+    states, line = _listed(first, 'states'), next(lines)
+    actions = _listed(line, 'actions')
+    goals: dict[str, tuple[str, ...]] = {}
+    aims: dict[str, str] = {}
+    stuck: set[str] = set()
+    for number, fields in lines:
+        known = goals, aims, stuck
+        if fields[0] == 'goal' and len(fields) > 2 and fields[1] not in goals:
+            goals[fields[1]] = tuple(fields[2:])
+        elif fields[0] == 'aim' and len(fields) == 3 and fields[1] not in aims:
+            aims[fields[1]] = fields[2]
+        elif fields[0] == 'out_of_reach' and len(fields) == 2:
+            stuck.add(fields[1])
+        elif fields[0] in ('goal', 'aim', 'out_of_reach'):
+            raise _wrong(
+                number,
+                'expected "goal,NAME,STATE,...", "aim,ACTION,GOAL" or "out_of_reach,STATE", each '
+                f'name once, got {",".join(fields)!r}',
+            )
+        else:
+            return _made(line[0], states, actions, *known), (number, fields)
+    raise AssertionError('The line that says the file ends ends the domain.')
+
+
+def _made(
+    number: int,
+    states: tuple[str, ...],
+    actions: tuple[str, ...],
+    goals: dict[str, tuple[str, ...]],
+    aims: dict[str, str],
+    stuck: set[str],
+) -> Domain:
+    plain = not (goals or aims or stuck)
+    if plain and (states, actions) == (TABLETOP.states, TABLETOP.actions):
+        return TABLETOP
+    try:
+        return Domain(states, actions, goals, aims, frozenset(stuck))
+    except ValueError as error:
+        raise _wrong(number, f'{error}'.rstrip('.')) from error
+
+
+def _listed(line: Line, key: str) -> tuple[str, ...]:
+    number, fields = line
+    if fields[0] != key or len(fields) < 2:
+        raise _wrong(number, f'expected {key + ",NAME,..."!r}, got {",".join(fields)!r}')
+    return tuple(fields[1:])
 
 
 def _lines(text: str) -> Iterator[Line]:
@@ -151,7 +211,7 @@ def _sources(lines: Iterator[Line]) -> tuple[dict[str, str], Line]:
     raise AssertionError('The line that says the file ends is no source.')
 
 
-def _rows(lines: Iterator[Line], sources: dict[str, str]) -> Iterator[TrialCounts]:
+def _rows(lines: Iterator[Line], sources: dict[str, str], domain: Domain) -> Iterator[TrialCounts]:
     """Read all rows of counts; the end line must agree with them, and nothing may follow it."""
     seen: dict[tuple[str, int, int, str], int] = {}
     trials = 0
@@ -159,7 +219,7 @@ def _rows(lines: Iterator[Line], sources: dict[str, str]) -> Iterator[TrialCount
         if fields[0] == 'end':
             _match((number, fields), ['end', str(len(seen)), str(trials)])
             break
-        row = _row(number, fields, sources)
+        row = _row(number, fields, sources, domain)
         first = seen.setdefault((row.object, row.x_i, row.action, row.source), number)
         if first != number:
             raise _wrong(number, f'expected each row once, got that of line {first} again')
@@ -168,22 +228,23 @@ def _rows(lines: Iterator[Line], sources: dict[str, str]) -> Iterator[TrialCount
     _take(lines, ['(end of file)'])
 
 
-def _row(number: int, fields: list[str], sources: dict[str, str]) -> TrialCounts:
+def _row(number: int, fields: list[str], sources: dict[str, str], domain: Domain) -> TrialCounts:
     if fields == ['(end of file)']:
         raise _wrong(number, 'expected a row or "end,ROWS,TRIALS", but the file stops here')
-    if len(fields) != len(HEADER) or not fields[0]:
-        raise _wrong(number, f'expected {len(HEADER)} fields, got {",".join(fields)!r}')
+    expected = len(_header(domain))
+    if len(fields) != expected or not fields[0]:
+        raise _wrong(number, f'expected {expected} fields, got {",".join(fields)!r}')
     if fields[-1] not in sources:
         raise _wrong(number, f'expected one of the sources {sorted(sources)}, got {fields[-1]!r}')
-    x_i = _named(number, fields[1], State.__getitem__, STATES)
-    action = _named(number, fields[2], Action.__getitem__, ACTIONS)
+    x_i = _named(number, fields[1], domain.states)
+    action = _named(number, fields[2], domain.actions)
     counts = fields[3:-1]
     if not all(re.fullmatch('[0-9]{1,9}', count) for count in counts):
         raise _wrong(number, f'expected whole counts of 0 or more, got {",".join(counts)!r}')
     return TrialCounts(fields[0], x_i, action, tuple(map(int, counts)), fields[-1])
 
 
-def _named(number: int, name: str, find: Callable[[str], Name], names: list[str]) -> Name:
+def _named(number: int, name: str, names: tuple[str, ...]) -> int:
     if name not in names:
         raise _wrong(number, f'expected one of {" ".join(names)}, got {name!r}')
-    return find(name)
+    return names.index(name)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
-from likeme_inference.tabletop.domain import Action, State
+from likeme_inference.tabletop.domain import TABLETOP, Policy
+from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 
@@ -24,8 +26,8 @@ class TrialCounts(NamedTuple):
     """
 
     object: str
-    x_i: State
-    action: Action
+    x_i: int
+    action: int
     counts: tuple[int, ...]
     source: str
 
@@ -37,12 +39,17 @@ class RobotModel:
     Attributes:
         sources: key -> where the trials were made, for people.
         rows: at most one for each object, x_i, action and source; several sources add up.
+        domain: whose states and actions the rows count.
     """
 
     name: str
     version: str
     sources: Mapping[str, str]
     rows: tuple[TrialCounts, ...]
+    domain: Domain = TABLETOP
+    _goal_models: dict[Hashable, GoalModel] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     def __post_init__(self) -> None:
         keys = Counter((row.object, row.x_i, row.action, row.source) for row in self.rows)
@@ -66,7 +73,7 @@ class RobotModel:
         """Object name -> its transition model, in order of first mention."""
         totals: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.int64]]] = {}
         for row in self.rows:
-            zero = np.zeros((len(State), len(Action), len(State)), dtype=np.int64)
+            zero = np.zeros(self.domain.shape, dtype=np.int64)
             totals.setdefault(row.object, zero)[row.x_i, row.action] += row.counts
         return MappingProxyType({name: TransitionModel(counts) for name, counts in totals.items()})
 
@@ -79,3 +86,32 @@ class RobotModel:
         if name not in self.objects:
             raise ValueError(f'Expected one of the objects {list(self.objects)}, got {name!r}.')
         return self.objects[name]
+
+    def goal_model(
+        self,
+        name: str,
+        goal_prior: tuple[float, ...] | None = None,
+        policy: Policy = Policy.DIRECT,
+        concentration: float = 0.0,
+    ) -> GoalModel:
+        """Give the goal-based model of one object; made once for each set of arguments.
+
+        Args:
+            name: of the object.
+            goal_prior: P(G), shape [g]; None: uniform.
+            policy: which of the paper's two variants.
+            concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood.
+
+        Raises:
+            ValueError: for an object the robot never tried.
+        """
+        key = name, goal_prior, policy, concentration
+        if key not in self._goal_models:
+            counted = TransitionModel(self.model_of(name).counts, concentration)
+            self._goal_models[key] = GoalModel.of(
+                counted.transition,
+                self.domain.goal_matrix,
+                goal_prior,
+                explored=policy is Policy.EXPLORED,
+            )
+        return self._goal_models[key]

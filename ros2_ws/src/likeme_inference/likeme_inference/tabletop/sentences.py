@@ -28,14 +28,29 @@ def decision(
     here = f'The {name} is {x_i.name} and wanted {goal.name}'
     if choice.kind is Kind.NO_ACTION or choice.action is None:
         return f'{here}, but I know no action that takes it there: I leave it.'
-    works = f'works with p = {choice.predicted_success:.2f}'
+    best, works = Action(choice.action).name, f'works with p = {choice.predicted_success:.2f}'
+    if mode is Mode.SEQUENTIAL:
+        return _planned(here, best, works, choice, threshold)
     if choice.kind is Kind.ASK_HUMAN:
         below = choice.predicted_success < threshold
         why = f'below {threshold:.2f}' if below else 'but it is out of my reach'
-        return f'{here}; my best action, {choice.action.name}, {works}, {why}: I ask.'
+        return f'{here}; my best action, {best}, {works}, {why}: I ask.'
     if mode is Mode.TRAJECTORY:
-        return f'{here}: I copy what I saw, {choice.action.name}, which {works}.'
-    return f'{here}: my best action is {choice.action.name}, which {works}.'
+        return f'{here}: I copy what I saw, {best}, which {works}.'
+    return f'{here}: my best action is {best}, which {works}.'
+
+
+def _planned(here: str, best: str, works: str, choice: Choice, threshold: float) -> str:
+    """Say what is done with the actions that are left."""
+    left = choice.actions_left
+    if left == 0:
+        return f'{here}, and my actions are spent: I ask.'
+    with_all = f'with {left} action{"s" * (left > 1)} I get there with p = {choice.plan_value:.2f}'
+    if choice.kind is Kind.ASK_HUMAN:
+        below = choice.plan_value < threshold
+        why = f'below {threshold:.2f}' if below else 'but it is out of my reach'
+        return f'{here}; {with_all}, {why}: I ask.'
+    return f'{here}: I begin with {best}, which {works}; {with_all}.'
 
 
 def question(name: str, x_i: State, goal: State, action: Action, predicted: float) -> str:

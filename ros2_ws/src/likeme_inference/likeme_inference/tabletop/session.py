@@ -1,14 +1,19 @@
-"""The imitation session: from a demonstration to an outcome, one decision a demonstration.
+"""The imitation session: from a demonstration to an outcome, one decision or several.
 
     IDLE --demonstration--> TURN --object settled off the goal--> ACTING or ASKING
     ACTING --motion ended--> CONFIRMING --settled view--> IDLE
     ASKING --try--> ACTING;  --done by hand--> CONFIRMING;  --skip--> IDLE
+    CONFIRMING --missed, in sequential mode--> TURN, with one action less
 
 In TURN the robot first says AT_GOAL once if the object is where it is wanted, and then waits until
 the person puts it back or somebody resets the table. A demonstration that takes the same object
 back is that, not a new goal; any other demonstration replaces the belief. While a decision is
 under way demonstrations are left aside: those of an object the robot asked about are the help
 itself, others have to be shown again. A turn that nobody gives within `turn_timeout` is over.
+
+In sequential mode a miss is followed by a new look and a new decision on the actions that are
+left, until the goal is reached or the robot asks; after an answer, a hold, or a motion that
+nothing is known of, the robot does not go on by itself.
 
 Time comes in as stamps (ns) of what the camera saw. No ROS, no clock, no thread.
 """
@@ -20,7 +25,7 @@ from enum import Enum, auto
 
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import State
+from likeme_inference.tabletop.domain import Mode, State
 from likeme_inference.tabletop.imitation import Settings, believe, decide
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.values import (
@@ -78,6 +83,7 @@ class ImitationSession:
         self._motion_end = 0
         self._closed: tuple[str, int] | None = None
         self._decisions = 0
+        self._spent = 0
 
     @property
     def model(self) -> RobotModel:
@@ -110,9 +116,10 @@ class ImitationSession:
         if self.phase is Phase.TURN and self._is_put_back(demo):
             self._put_back, self._turn_from = True, demo.stamp
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: my turn.')
-        belief = believe(self._model, self.settings.goal_prior, demo)
+        belief = believe(self._model, self.settings, demo)
         self.phase, self._demo, self._turn_from = Phase.TURN, demo, demo.stamp
         self._told_at_goal, self._put_back, self._off_goal_since = False, False, None
+        self._spent = 0
         return belief
 
     def look(self, view: TableView) -> Decision | Outcome | Remark | None:
@@ -195,7 +202,9 @@ class ImitationSession:
         if old or not view.settled or demo.object not in view.states:
             self._off_goal_since = None
             return None
-        decision = decide(self._model, settings, demo, view, self._decisions + 1)
+        decision = decide(self._model, settings, demo, view, self._decisions + 1, self._spent)
+        if decision.kind is Kind.AT_GOAL and self._spent:
+            return self._begin(decision, Phase.IDLE)
         if decision.kind is Kind.AT_GOAL:
             self._off_goal_since = None
             told, self._told_at_goal = self._told_at_goal, True
@@ -212,6 +221,7 @@ class ImitationSession:
         self.decision, self.phase, self._decisions = decision, phase, decision.id
         self._actor = Actor.ROBOT if phase is Phase.ACTING else Actor.NOBODY
         self._motion = None
+        self._spent += decision.kind is Kind.EXECUTE
         return decision
 
     def _confirm(self, view: TableView) -> Outcome | None:
@@ -221,9 +231,17 @@ class ImitationSession:
         x_f = view.states.get(decision.object)
         if view.settled and x_f is not None:
             result = Result.REACHED if x_f == decision.goal else Result.MISSED
-            return self._close(result, view, x_f)
+            outcome = self._close(result, view, x_f)
+            if result is Result.MISSED and self._goes_on(decision):
+                self.phase, self._turn_from, self._put_back = Phase.TURN, view.stamp, True
+            return outcome
         late = view.stamp - self._motion_end > self.settings.outcome_timeout * SECOND
         return self.nothing_seen() if late else None
+
+    def _goes_on(self, decision: Decision) -> bool:
+        """Whether a miss is followed by another decision: no person has stepped in."""
+        alone = decision.kind is Kind.EXECUTE and self._motion is not Motion.HELD
+        return decision.mode is Mode.SEQUENTIAL and alone
 
     def _time_jumped(self, view: TableView) -> Outcome | Remark | None:
         self._latest, self._last_view, self._closed = view, view.stamp, None

@@ -20,7 +20,7 @@ def maximum_likelihood(counts: ArrayLike) -> FloatArray:
     known, which is also the mean of every symmetric Dirichlet before the first trial.
 
     Args:
-        counts: shape [..., x_f], not negative.
+        counts: shape [..., x_f], not negative; whole trials, or trials and pseudo-counts.
     """
     counts = np.asarray(counts, dtype=np.float64)
     total = counts.sum(axis=-1, keepdims=True)
@@ -35,9 +35,13 @@ class TransitionModel:
 
     Attributes:
         counts: how often (x_i, a) led to x_f; shape [x_i, a, x_f], of any size.
+        prior: Dirichlet pseudo-counts added to every row: one number for all, or an array that
+            broadcasts to the counts. 0 is the paper's maximum likelihood;
+            dirichlet.CONCENTRATION the number chosen on the real robot's trials.
     """
 
     counts: IntArray
+    prior: float | FloatArray = 0.0
 
     def __post_init__(self) -> None:
         counts = np.array(self.counts)
@@ -50,13 +54,32 @@ class TransitionModel:
         counts = counts.astype(np.int64)
         counts.flags.writeable = False
         object.__setattr__(self, 'counts', counts)
+        prior = np.asarray(self.prior, dtype=np.float64)
+        if not np.isfinite(prior).all() or prior.min(initial=0) < 0:
+            raise ValueError(f'Expected pseudo-counts of 0 or more, got {prior.tolist()}.')
+
+    @classmethod
+    def untried(
+        cls, states: int, actions: int, prior: float | FloatArray = 0.0
+    ) -> TransitionModel:
+        """Know nothing yet: no trial of any action."""
+        return cls(np.zeros((states, actions, states), dtype=np.int64), prior)
 
     @cached_property
     def transition(self) -> FloatArray:
-        """p(X_f | X_i, A), shape [x_i, a, x_f], read-only; rows never tried are uniform."""
-        transition = maximum_likelihood(self.counts)
+        """p(X_f | X_i, A), shape [x_i, a, x_f], read-only; rows never tried are uniform.
+
+        (counts + prior) / sum over x_f: maximum likelihood for prior 0, else the mean of the
+        Dirichlet posterior.
+        """
+        transition = maximum_likelihood(self.pseudo_counts)
         transition.flags.writeable = False
         return transition
+
+    @property
+    def pseudo_counts(self) -> FloatArray:
+        """Parameters of the Dirichlet posterior, counts + prior, shape [x_i, a, x_f]."""
+        return np.asarray(self.counts + np.asarray(self.prior, dtype=np.float64))
 
     @property
     def tried(self) -> BoolArray:
@@ -67,3 +90,35 @@ class TransitionModel:
     def trials(self) -> int:
         """How many trials the model was learned from."""
         return int(self.counts.sum())
+
+    def add(self, x_i: int, a: int, x_f: int, times: int = 1) -> TransitionModel:
+        """The model after `times` more trials in which a took the object from x_i to x_f.
+
+        Trials are facts: none can be taken away.
+
+        Raises:
+            ValueError: numbers that are no state or action, or less than one trial.
+        """
+        states, actions, _ = self.counts.shape
+        for what, value, size in (('x_i', x_i, states), ('a', a, actions), ('x_f', x_f, states)):
+            if not 0 <= value < size:
+                raise ValueError(f'Expected {what} from 0 to {size - 1}, got {value}.')
+        if times < 1:
+            raise ValueError(f'Expected at least 1 trial, got {times}.')
+        counts = self.counts.copy()
+        counts[x_i, a, x_f] += times
+        return TransitionModel(counts, self.prior)
+
+    def merge(self, other: TransitionModel) -> TransitionModel:
+        """What two robots know together: counts add up, the prior counts once.
+
+        Raises:
+            ValueError: for models of other sizes or with another prior.
+        """
+        if other.counts.shape != self.counts.shape:
+            raise ValueError(
+                f'Expected counts of shape {self.counts.shape}, got {other.counts.shape}.'
+            )
+        if not np.array_equal(other.prior, self.prior):
+            raise ValueError(f'Expected the prior {self.prior}, got {other.prior}.')
+        return TransitionModel(self.counts + other.counts, self.prior)

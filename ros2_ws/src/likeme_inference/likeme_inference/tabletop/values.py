@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
+from likeme_inference.tabletop.domain import Action, Manner, Mode, Policy, State
 
 
 class Result(IntEnum):
@@ -62,7 +62,11 @@ class Reply(IntEnum):
 
 @dataclass(frozen=True)
 class Demonstration:
-    """A human act seen from start to end."""
+    """A human act seen from start to end.
+
+    x_i_probability, x_f_probability: what perception gave every State, each summing to 1; empty:
+    x_i and x_f are certain.
+    """
 
     stamp: int
     frame: str
@@ -72,6 +76,8 @@ class Demonstration:
     manner: Manner
     start: int
     end: int
+    x_i_probability: tuple[float, ...] = ()
+    x_f_probability: tuple[float, ...] = ()
 
     @property
     def action(self) -> Action:
@@ -128,7 +134,11 @@ class Decision:
     success_probability: tuple[float, ...]
     predicted: tuple[float, ...]
     predicted_success: float
+    actions_left: int
+    plan_success: tuple[float, ...]
+    plan_value: float
     threshold: float
+    policy: Policy
     model: str
     sentence: str
 

@@ -1,0 +1,85 @@
+"""The command behind scripts/reproduce.sh: the paper's tables and figures, computed anew."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from likeme_bringup.reproductions.registry import REPRODUCTIONS
+from likeme_bringup.reproductions.report import Options, Report, save_figure
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def reproduce(
+    name: Annotated[str, typer.Argument(help='What to compute, or all. See --list.')] = '',
+    as_json: Annotated[
+        bool, typer.Option('--json', help='One JSON document on stdout and nothing else.')
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option('--out', help='Folder for NAME.png and NAME.svg.')
+    ] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help='Independent repetitions.')] = None,
+    model: Annotated[
+        str | None, typer.Option(help='shipped, learned, or the path of a model file.')
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help='Processes.')] = None,
+    listing: Annotated[bool, typer.Option('--list', help='List the names and stop.')] = False,
+) -> None:
+    """Compute one table or figure of the paper anew and print it beside the paper's values."""
+    if listing:
+        for known, reproduction in REPRODUCTIONS.items():
+            print(f'{known:18} {reproduction.about}')
+        return
+    names = list(REPRODUCTIONS) if name == 'all' else [name]
+    options = Options(seeds, model, workers)
+    _check(name, options)
+    reports = {each: _report(each, options) for each in names}
+    if as_json:
+        documents = {each: report.document for each, report in reports.items()}
+        print(
+            json.dumps(documents if name == 'all' else documents[name], indent=2, allow_nan=False)
+        )
+    for each, report in reports.items():
+        if not as_json:
+            print(report.text, end='\n\n')
+        if out is not None:
+            for path in save_figure(report, out, each):
+                print(f'Drawn: {path}', file=sys.stderr)
+
+
+def _check(name: str, options: Options) -> None:
+    """Refuse a name that is not known and options that would change nothing."""
+    if name == 'all':
+        return
+    if name not in REPRODUCTIONS:
+        known = ', '.join([*REPRODUCTIONS, 'all'])
+        _refuse(f'Expected one of {known}, got {name!r}.')
+    unused = [o for o in options.given() if o not in REPRODUCTIONS[name].takes]
+    if unused:
+        _refuse(f'{name} takes no --{unused[0]}.')
+
+
+def _report(name: str, options: Options) -> Report:
+    """Run one reproduction with those options it takes."""
+    reproduction = REPRODUCTIONS[name]
+    taken = {o: getattr(options, o) for o in options.given() if o in reproduction.takes}
+    try:
+        return reproduction.report(Options(**taken))
+    except (ValueError, OSError) as error:
+        print(f'reproduce: {name}: {error}', file=sys.stderr)
+        raise typer.Exit(1) from error
+
+
+def _refuse(sentence: str) -> None:
+    print(f'reproduce: {sentence}', file=sys.stderr)
+    raise typer.Exit(2)
+
+
+if __name__ == '__main__':
+    app()

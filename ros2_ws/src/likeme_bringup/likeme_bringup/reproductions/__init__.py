@@ -1,0 +1,1 @@
+"""What `scripts/reproduce.sh` can compute anew: one module a topic, gathered in `registry`."""

@@ -1,0 +1,140 @@
+"""Which trial the robot's decisions would gain most by (paper: future work).
+
+The robot will act on plans of several actions. A transition model drawn from the posterior of its
+trials is a world that may be the true one; there the plan it believes in loses, against the best
+plan of that world,
+
+    loss = sum over k, x of w_k(x) (V*_k(x) - Q*_k(x, a)),   a: the action it would take,
+
+with w_k(x) how often it is in x with k actions left. Each term is credited to the two actions it
+lies between, a and the best one, by how far the quality of each is from what was believed. The
+mean over worlds, by the number of trials a pair has already (loss falls about as one by that
+number), is what one more trial gains. A pair that is random but known loses nothing, nor does an
+unknown one that no decision hangs on.
+
+Arrays carry leading axes (worlds, objects) before [x_i, a, x_f].
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.transition_model import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    maximum_likelihood,
+)
+
+#: Actions of the plans that are learned for.
+BUDGET = 3
+#: Worlds drawn to judge one object's pairs by.
+WORLDS = 64
+
+
+def information_gain(
+    pseudo_counts: FloatArray,
+    rng: np.random.Generator,
+    worlds: int = WORLDS,
+    budget: int = BUDGET,
+    domain: Domain = TABLETOP,
+) -> FloatArray:
+    """What one more trial of each pair gains: expected fall of the plans' loss, about.
+
+    Args:
+        pseudo_counts: trials and prior, above 0, shape [..., x_i, a, x_f].
+        rng: draws the worlds.
+        worlds: how many.
+        budget: actions of the plans.
+        domain: whose goals count; every start from which a goal is open counts alike.
+
+    Returns:
+        Shape [..., x_i, a]; sums over goals and starts. 0 where the robot cannot act.
+    """
+    believed = qualities(maximum_likelihood(pseudo_counts), budget, domain)
+    alpha = pseudo_counts[..., None, :, :, :]
+    shape = (*pseudo_counts.shape[:-3], worlds, *pseudo_counts.shape[-3:])
+    gamma = np.maximum(rng.standard_gamma(alpha, size=shape), np.finfo(np.float64).tiny)
+    # Single precision halves the time; the worlds are drawn by chance anyway.
+    world = (gamma / gamma.sum(axis=-1, keepdims=True)).astype(np.float32)
+    truly = qualities(world, budget, domain)
+    resting = _resting(domain)
+    where = np.broadcast_to(~resting, (*shape[:-3], *resting.shape)).astype(np.float32)
+    credit = np.zeros(pseudo_counts.shape[:-1])
+    for believed_k, truly_k in zip(reversed(believed), reversed(truly), strict=True):
+        taken = np.broadcast_to(believed_k.argmax(axis=-1)[..., None, :, :], where.shape)
+        credit += _credited(believed_k[..., None, :, :, :], truly_k, taken, where) / worlds
+        where = np.einsum('...gx,...gxf->...gf', where, _rows(world, taken)) * ~resting
+    return np.asarray(credit / (pseudo_counts.sum(axis=-1) + 1))
+
+
+def _credited(
+    believed: FloatArray, truly: FloatArray, taken: IntArray, where: NDArray[np.float32]
+) -> FloatArray:
+    """The loss with k actions left, shared by its two parties; summed, shape [..., x_i, a]."""
+    actions, best = truly.shape[-1], truly.argmax(axis=-1)
+    lost = where * (truly.max(axis=-1) - _at(truly, taken))
+    off = np.abs(truly - believed) + 1e-9
+    off_taken, off_best = _at(off, taken), _at(off, best)
+    to_taken = 2 * lost * off_taken / (off_taken + off_best)
+    shares = ((to_taken, taken), (2 * lost - to_taken, best))
+    return np.asarray(
+        sum(np.einsum('...wgx,...wgxa->...xa', s, _one_hot(a, actions)) for s, a in shares)
+    )
+
+
+def qualities(transition: FloatArray, budget: int, domain: Domain = TABLETOP) -> list[FloatArray]:
+    """`planning.plan`'s quality for many models and all goals: [..., g, x, a], k from 1."""
+    reached, resting = domain.goal_matrix, _resting(domain)
+    states, actions = transition.shape[-3:-1]
+    lead = transition.shape[:-3]
+    flat = transition.reshape(*lead, states * actions, states)
+    value = np.broadcast_to(reached, (*lead, *reached.shape))
+    found: list[FloatArray] = []
+    for _ in range(budget):
+        quality = (flat @ np.swapaxes(value, -1, -2)).reshape(*lead, states, actions, -1)
+        found.append(np.moveaxis(quality, -1, -3))
+        value = np.where(resting, reached, found[-1].max(axis=-1))
+    return found
+
+
+def help_rate(
+    model: FloatArray, world: FloatArray, budget: int = BUDGET, domain: Domain = TABLETOP
+) -> FloatArray:
+    """How often a goal is still open after plans on the model were followed in the world.
+
+    The mean over objects (the last leading axis), goals and starts of 1 - P(reached), exact;
+    ties go to the actions meant for the goal, as in `choose`. Shape of the other leading axes.
+    """
+    reached, resting = domain.goal_matrix, _resting(domain)
+    aimed = np.zeros((len(reached), model.shape[-2]))
+    for goal, actions in enumerate(domain.aimed):
+        aimed[goal, list(actions)] = 1e-9
+    world = np.broadcast_to(world, np.broadcast_shapes(model.shape, world.shape))
+    value = np.broadcast_to(reached, (*world.shape[:-3], *reached.shape))
+    for quality in qualities(model, budget, domain):
+        taken = np.broadcast_to((quality + aimed[:, None]).argmax(axis=-1), value.shape)
+        value = np.where(resting, reached, (_rows(world, taken) * value[..., None, :]).sum(-1))
+    return np.asarray(1 - value[..., ~resting].mean(axis=(-1, -2)))
+
+
+def _resting(domain: Domain) -> BoolArray:
+    """Where nothing is left to do or nothing can be done, shape [g, x]."""
+    return np.asarray(domain.goal_matrix.astype(bool) | domain.stuck)
+
+
+def _one_hot(index: IntArray, size: int) -> FloatArray:
+    return np.asarray(index[..., None] == np.arange(size), dtype=np.float64)
+
+
+def _at(table: FloatArray, index: IntArray) -> FloatArray:
+    return np.asarray(np.take_along_axis(table, index[..., None], axis=-1)[..., 0])
+
+
+def _rows(transition: FloatArray, taken: IntArray) -> FloatArray:
+    """The row of each taken action, shape [..., g, x, x_f]."""
+    every = np.broadcast_to(transition[..., None, :, :, :], (*taken.shape, *transition.shape[-2:]))
+    return np.asarray(np.take_along_axis(every, taken[..., None, None], axis=-2)[..., 0, :])

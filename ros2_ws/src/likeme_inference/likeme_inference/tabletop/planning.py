@@ -1,0 +1,114 @@
+"""Acting more than once: look, act, look again with the actions left (paper: future work).
+
+Value iteration over a finite number of actions. With k actions left and an object seen in x, the
+value of a goal is
+
+    V_0(x) = 1 if x fulfils the goal, else 0
+    V_k(x) = 1 if x fulfils it, else max over a of sum over x' of p(x' | x, a) V_{k-1}(x'),
+
+V_k(x) = V_0(x) where x is out of reach: what falls off the table stays there, so plans avoid it.
+The value is the probability to reach the goal in k actions when each is chosen best after a look.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from likeme_inference.tabletop.transition_model import BoolArray, FloatArray, IntArray
+
+#: What `Plan.action` holds at the goal, out of reach, and where no action can help.
+NO_ACTION = -1
+
+
+class Plan(NamedTuple):
+    """The best actions for one goal.
+
+    Attributes:
+        value: P(goal reached with k actions left), shape [k, x], k from 0 to the budget.
+        quality: the same after taking action a first, shape [k, x, a]; 0 for k = 0.
+        action: the best action, shape [k, x]; NO_ACTION where none is needed or possible.
+    """
+
+    value: FloatArray
+    quality: FloatArray
+    action: IntArray
+
+
+def plan(
+    transition: FloatArray,
+    goal: BoolArray,
+    actions_left: int,
+    stuck: BoolArray | None = None,
+    prefer: tuple[int, ...] = (),
+) -> Plan:
+    """Find the best action for every state and number of actions left.
+
+    Args:
+        transition: shape [x_i, a, x_f].
+        goal: which states fulfil the goal, shape [x].
+        actions_left: the budget, 0 or more.
+        stuck: states the robot cannot act from, shape [x]; None: there is none.
+        prefer: of equally good actions the first of these is taken, else the lowest number.
+
+    Raises:
+        ValueError: for a negative budget or other shapes.
+    """
+    states, actions = transition.shape[:2]
+    if actions_left < 0:
+        raise ValueError(f'Expected a budget of 0 actions or more, got {actions_left}.')
+    goal = np.asarray(goal, dtype=bool)
+    stuck = np.zeros(states, dtype=bool) if stuck is None else np.asarray(stuck, dtype=bool)
+    if goal.shape != (states,) or stuck.shape != (states,):
+        raise ValueError(
+            f'Expected goal and stuck of shape {(states,)}, got {goal.shape}, {stuck.shape}.'
+        )
+    resting = goal | stuck
+    value = np.tile(goal.astype(np.float64), (actions_left + 1, 1))
+    quality = np.zeros((actions_left + 1, states, actions))
+    action = np.full((actions_left + 1, states), NO_ACTION)
+    rank = _rank(actions, prefer)
+    for k in range(1, actions_left + 1):
+        quality[k] = transition @ value[k - 1]
+        quality[k, resting] = goal[resting, None]
+        best = quality[k].max(axis=-1)
+        value[k] = np.where(resting, value[0], best)
+        # Among equals (within rounding) the one that ranks first.
+        ties = quality[k] >= best[:, None] - 1e-12
+        first = np.where(ties, rank, actions).argmin(axis=-1)
+        action[k] = np.where(resting | (best <= 0), NO_ACTION, first)
+    return Plan(value, quality, action)
+
+
+def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatArray:
+    """Where following a plan leads: P(X after n actions), shape [actions + 1, x], exact.
+
+    Args:
+        transition: what really happens, shape [x_i, a, x_f]; need not be what was planned on.
+        best: a plan for at least `actions` actions.
+        x_i: where the object is now.
+        actions: how many are taken.
+    """
+    states = len(transition)
+    if actions >= len(best.value):
+        raise ValueError(f'Expected at most {len(best.value) - 1} actions, got {actions}.')
+    where = np.zeros((actions + 1, states))
+    where[0, x_i] = 1.0
+    for n in range(actions):
+        chosen = best.action[actions - n]
+        moved = np.where(
+            (chosen == NO_ACTION)[:, None],
+            np.eye(states),
+            transition[np.arange(states), chosen.clip(min=0)],
+        )
+        where[n + 1] = where[n] @ moved
+    return where
+
+
+def _rank(actions: int, prefer: tuple[int, ...]) -> IntArray:
+    """Position of each action in the order in which ties are decided."""
+    order = [*prefer, *(a for a in range(actions) if a not in prefer)]
+    rank = np.empty(actions, dtype=np.int64)
+    rank[order] = np.arange(actions)
+    return rank

@@ -1,0 +1,105 @@
+"""The finite sets of the discrete model (Methods, Case II): states, actions, goals, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Omega_X, Omega_A and Omega_G; the tabletop (domain.TABLETOP) is one of many.
+
+    States, actions and goals are numbered by their place; arrays are indexed by those numbers.
+
+    Attributes:
+        states: names of the values of X_i and X_f.
+        actions: names of the values of A.
+        goals: name -> names of the states that fulfil it; by default each state is a goal.
+        aims: action -> goal it is meant for; decides ties, nothing else. May be partial.
+        out_of_reach: states out of which the robot cannot take an object, whatever it learned.
+    """
+
+    states: tuple[str, ...]
+    actions: tuple[str, ...]
+    goals: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    aims: Mapping[str, str] = field(default_factory=dict)
+    out_of_reach: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'states', tuple(self.states))
+        object.__setattr__(self, 'actions', tuple(self.actions))
+        goals = {g: tuple(s) for g, s in self.goals.items()} or {s: (s,) for s in self.states}
+        object.__setattr__(self, 'goals', MappingProxyType(goals))
+        object.__setattr__(self, 'aims', MappingProxyType(dict(self.aims)))
+        object.__setattr__(self, 'out_of_reach', frozenset(self.out_of_reach))
+        _check_names('state', self.states)
+        _check_names('action', self.actions)
+        for states in goals.values():
+            if not states:
+                raise ValueError('Expected at least one state that fulfils each goal, got none.')
+            _check_known('state', states, self.states)
+        _check_known('action', self.aims, self.actions)
+        _check_known('goal', self.aims.values(), goals)
+        _check_known('state', self.out_of_reach, self.states)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of transition[x_i, a, x_f] and of its counts."""
+        return len(self.states), len(self.actions), len(self.states)
+
+    @cached_property
+    def goal_matrix(self) -> NDArray[np.float64]:
+        """Which states fulfil which goals: 1 or 0, shape [g, x_f], read-only."""
+        matrix = np.array(
+            [[float(s in fulfilling) for s in self.states] for fulfilling in self.goals.values()]
+        )
+        matrix.flags.writeable = False
+        return matrix
+
+    @cached_property
+    def stuck(self) -> NDArray[np.bool_]:
+        """Whether a state is out of reach, shape [x]."""
+        return np.array([state in self.out_of_reach for state in self.states])
+
+    @cached_property
+    def aimed(self) -> tuple[tuple[int, ...], ...]:
+        """Goal -> numbers of the actions meant for it."""
+        return tuple(
+            tuple(i for i, a in enumerate(self.actions) if self.aims.get(a) == goal)
+            for goal in self.goals
+        )
+
+    def state(self, name: str) -> int:
+        """Number of a state."""
+        return _number('state', name, self.states)
+
+    def action(self, name: str) -> int:
+        """Number of an action."""
+        return _number('action', name, self.actions)
+
+    def goal(self, name: str) -> int:
+        """Number of a goal."""
+        return _number('goal', name, tuple(self.goals))
+
+
+def _number(what: str, name: str, names: tuple[str, ...]) -> int:
+    if name not in names:
+        raise ValueError(f'Expected one of the {what}s {", ".join(names)}, got {name!r}.')
+    return names.index(name)
+
+
+def _check_names(what: str, names: tuple[str, ...]) -> None:
+    if not names or len(set(names)) != len(names) or not all(names):
+        raise ValueError(f'Expected at least one {what}, each named once, got {list(names)}.')
+
+
+def _check_known(what: str, used: Iterable[str], known: Iterable[str]) -> None:
+    names = tuple(known)
+    for name in used:
+        _number(what, name, names)

@@ -1,0 +1,110 @@
+"""The same inference on large, mostly empty models: memory grows with the non-zeros alone.
+
+A row of p(X_f | X_i, A) is kept as its tried final states plus one number for all the others:
+
+    p(x_f | x_i, a) = trial[(x_i, a), x_f] + background[(x_i, a)],
+
+which holds for maximum likelihood (background 0, or 1/n for a row never tried) and for a
+symmetric Dirichlet prior alike. Goals are states, actions equally likely before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+
+from likeme_inference.tabletop.goal_inference import normalised
+from likeme_inference.tabletop.transition_model import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class SparseGoalModel:
+    """GoalModel for many states, with the direct policy and goals that are states.
+
+    Attributes:
+        trial: what was tried, a CSR matrix of shape [x_i * a, x_f].
+        background: added to every final state of a row, shape [x_i * a].
+        actions: how many there are.
+    """
+
+    trial: sparse.csr_array
+    background: FloatArray
+    actions: int
+
+    @classmethod
+    def of_counts(
+        cls, counts: sparse.csr_array, actions: int, prior: float = 0.0
+    ) -> SparseGoalModel:
+        """Learn from counts of shape [x_i * actions + a, x_f], which stay sparse.
+
+        Raises:
+            ValueError: for another shape, negative counts, or a negative prior.
+        """
+        rows, states = counts.shape
+        if rows != states * actions:
+            raise ValueError(f'Expected {states * actions} rows, got {rows}.')
+        least = min(prior, counts.data.min(initial=0))
+        if least < 0:
+            raise ValueError(f'Expected counts and prior of 0 or more, got {least}.')
+        total = np.asarray(counts.sum(axis=1), dtype=np.float64) + prior * states
+        known = total > 0
+        scale = np.divide(1.0, total, out=np.zeros_like(total), where=known)
+        background = np.where(known, prior * scale, 1.0 / states)
+        trial = sparse.csr_array(counts, dtype=np.float64)
+        trial.data *= np.repeat(scale, np.diff(trial.indptr))
+        return cls(trial, background, actions)
+
+    @property
+    def states(self) -> int:
+        """How many states, and goals, there are."""
+        return int(self.trial.shape[1])
+
+    def predict(self, x_i: int, a: int) -> FloatArray:
+        """P(X_f | x_i, A = a), shape [x_f]."""
+        row = x_i * self.actions + a
+        return np.asarray(self._rows(x_i)[[a]].toarray()[0] + self.background[row])
+
+    def success(self, x_i: int, x_f: int) -> FloatArray:
+        """P(x_f | x_i, A) of every action, shape [a]."""
+        column = self._rows(x_i)[:, [x_f]].toarray()[:, 0]
+        return np.asarray(column + self._background(x_i))
+
+    def action_posterior(self, x_i: int, x_f: int) -> FloatArray:
+        """P(A | x_i, x_f), which is also the direct policy for the goal x_f; shape [a]."""
+        return normalised(self.success(x_i, x_f), 1.0 / self.actions)
+
+    def goal_posterior(self, x_i: int, x_f: int, prior: ArrayLike | None = None) -> FloatArray:
+        """P(G | x_i, x_f), actions summed out, shape [g].
+
+        P(x_f | x_i, g) = sum over a of p(g|x_i,a) p(x_f|x_i,a) / sum over a of p(g|x_i,a): two
+        products of a vector with the rows of x_i, never a table of goals by actions.
+        """
+        rows, background = self._rows(x_i), self._background(x_i)
+        reached = self.success(x_i, x_f)
+        joint = rows.T @ reached + background @ reached
+        total = rows.T @ np.ones(self.actions) + background.sum()
+        likelihood = np.divide(joint, total, out=np.zeros_like(joint), where=total > 0)
+        p_goal = np.full(self.states, 1 / self.states) if prior is None else np.asarray(prior)
+        return normalised(p_goal * likelihood, p_goal)
+
+    def value(self, goal: int, actions_left: int) -> FloatArray:
+        """V_k of planning.plan for one goal, shape [actions_left + 1, x]."""
+        value = np.zeros((actions_left + 1, self.states))
+        value[:, goal] = 1.0
+        for k in range(1, actions_left + 1):
+            quality = self.trial @ value[k - 1] + self.background * value[k - 1].sum()
+            value[k] = quality.reshape(self.states, self.actions).max(axis=1)
+            value[k, goal] = 1.0
+        return value
+
+    def _rows(self, x_i: int) -> sparse.csr_array:
+        """trial of one initial state, shape [a, x_f]."""
+        begin = x_i * self.actions
+        return self.trial[begin : begin + self.actions]
+
+    def _background(self, x_i: int) -> FloatArray:
+        begin = x_i * self.actions
+        return self.background[begin : begin + self.actions]

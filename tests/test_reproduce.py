@@ -1,0 +1,152 @@
+"""reproduce.sh: one JSON document and nothing else, the paper's numbers, pictures, refusals."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import cv2
+import pytest
+from typer.testing import CliRunner
+
+from likeme_bringup.reproduce import app
+from likeme_bringup.reproductions.tabletop import REPRODUCTIONS
+from likeme_inference.tabletop import model_file
+
+ROOT = Path(__file__).parents[1]
+EXPECTED_SUCCESS = {1: 0.7167, 2: 0.89, 3: 0.9525, 5: 0.9888}
+
+
+def run(*words: str) -> Any:
+    return CliRunner().invoke(app, list(words))
+
+
+def document(*words: str) -> Any:
+    answer = run(*words, '--json')
+    assert answer.exit_code == 0, answer.output
+    return json.loads(answer.stdout)
+
+
+def test_table_1_but_for_the_misprint() -> None:
+    rows = document('table1')['rows']
+    differ = [
+        (row['demonstration'], row['object'], mode, row[mode])
+        for row in rows
+        for mode in ('trajectory', 'goal_based', 'interactive')
+        if abs(row[mode] - row['paper'][mode]) > 5e-5
+    ]
+
+    assert len(rows) == 6
+    assert differ == [('push', 'pear', 'interactive', pytest.approx(0.825))]
+    assert '17 of 18 cells as printed' in run('table1').stdout
+    assert 'misprint' in run('table1').stdout
+
+
+def test_fig_8() -> None:
+    rows = document('fig8')['rows']
+
+    assert len(rows) == 12
+    assert all(row['goal'] == row['x_f'] for row in rows)
+    assert [(row['object'], row['x_i'], row['x_f']) for row in rows if row['asks']] == [
+        ('pear', 'RIGHT', 'LEFT')
+    ]
+    first = rows[0]
+    assert first['goal_posterior'] == pytest.approx([0.0234388, 0.9684478, 0.0081134], abs=5e-8)
+    assert (first['action'], first['predicted_success']) == ('PUSH_RIGHT', 1.0)
+    assert first['predicted'] == [0.0, 1.0, 0.0]
+    assert sum(first['action_posterior']) == pytest.approx(1)
+
+
+def test_fig_7_leaves_out_what_keeps_the_state() -> None:
+    rows = document('fig7')['rows']
+
+    assert len(rows) == 3 * 2 * 4
+    assert not [row for row in rows if row['action'].endswith(f'_{row["x_i"]}')]
+    for row in rows:
+        assert sum(row['probability']) == pytest.approx(1)
+        for p, low, high in zip(row['probability'], row['low'], row['high'], strict=True):
+            assert low - 1e-9 <= p <= high + 1e-9 or p in (0.0, 1.0)
+
+
+def test_acting_more_than_once() -> None:
+    rows = document('sequential')['rows']
+
+    assert [row['actions'] for row in rows[::3]] == [1, 2, 3, 5, 10]
+    for actions, expected in EXPECTED_SUCCESS.items():
+        mine = [row for row in rows if row['actions'] == actions]
+        assert sum(row['success'] for row in mine) / 3 == pytest.approx(expected, abs=5e-5)
+        for row in mine:
+            assert row['help_rate'] == pytest.approx(1 - row['success'])
+            assert row['success_with_help'] == pytest.approx(1)
+            # Who asks before it is hopeless asks at least as often.
+            assert row['threshold_help_rate'] >= row['help_rate'] - 1e-12
+
+
+def test_practice_comes_closer_with_smaller_steps() -> None:
+    found = document('practice', '--seeds', '4')
+
+    last = [distance[-1] for distance in found['distance']]
+    assert found['steps'] == sorted(found['steps'])
+    assert last == sorted(last)
+
+
+@pytest.mark.parametrize('name', REPRODUCTIONS)
+def test_pictures(name: str, tmp_path: Path) -> None:
+    answer = run(name, '--out', str(tmp_path / 'new'), *(['--seeds', '2'] * (name == 'practice')))
+
+    assert answer.exit_code == 0
+    picture = cv2.imread(str(tmp_path / 'new' / f'{name}.png'))
+    assert picture is not None
+    assert picture.std() > 10
+    assert (tmp_path / 'new' / f'{name}.svg').read_text().rstrip().endswith('</svg>')
+
+
+def test_another_model(tmp_path: Path) -> None:
+    text = model_file.format_model(model_file.shipped())
+    little = '\n'.join(
+        line for line in text.splitlines() if 'pear' not in line and 'end' not in line
+    )
+    (tmp_path / 'model.csv').write_text(f'{little}\nend,36,360\n'.replace('_robot', '_little'))
+    found = document('table1', '--model', str(tmp_path / 'model.csv'))
+
+    assert [row['object'] for row in found['rows']] == ['lemon', 'chicken'] * 2
+    assert found['model'] == 'chung2015_little 1'
+
+
+@pytest.mark.parametrize(
+    ('words', 'code', 'said'),
+    [
+        (['fig9'], 2, 'reproduce: Expected one of table1, fig7, fig8, '),
+        (['table1', '--seeds', '3'], 2, 'reproduce: table1 takes no --seeds.'),
+        (['table1', '--model', '/no/such/file'], 1, '/no/such/file: No such file'),
+    ],
+)
+def test_refusals(words: list[str], code: int, said: str) -> None:
+    answer = run(*words)
+
+    assert answer.exit_code == code
+    assert said in answer.stderr
+    assert answer.stdout == ''
+
+
+def test_the_script_from_another_folder(tmp_path: Path) -> None:
+    command = [ROOT / 'scripts' / 'reproduce.sh', 'table1', '--json', '--out', 'here']
+    told = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True
+    )
+
+    assert len(json.loads(told.stdout)['rows']) == 6
+    assert (tmp_path / 'here' / 'table1.png').exists()
+
+
+def test_the_readme_s_notebook() -> None:
+    readme = (ROOT / 'README.md').read_text(encoding='utf-8')
+    code = readme.split('```python\n')[1].split('```')[0]
+    names: dict[str, Any] = {}
+    exec(code, names)
+
+    promised = code.split('# array(')[1].splitlines()[0].strip('[] )')
+    found = names['pear'].goal_posterior(0, 1)
+    assert found == pytest.approx([float(p) for p in promised.rstrip('])').split(',')], abs=5e-9)
