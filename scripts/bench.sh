@@ -5,6 +5,9 @@
 # Without a name: the list.
 #
 #   --json   one JSON document with the machine, the bars and the notes
+#
+# A benchmark that compares with other libraries (inference) installs them the first time, from
+# benchmarks/peers.lock.
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
@@ -17,7 +20,7 @@ esac
 if [[ $# == 0 ]]; then
   cd "$here/../benchmarks"
   for file in *.py; do
-    if [[ $file != report.py ]]; then
+    if [[ $file != report.py && $file != *_peers.py ]]; then
       printf '%-20s %s\n' "${file%.py}" "$(sed -n '1{s/^"""//;s/"""$//;p}' "$file")"
     fi
   done
@@ -26,8 +29,18 @@ fi
 name=$1
 shift
 file=$here/../benchmarks/$name.py
-if [[ $name == report || $name == */* || ! -f $file ]]; then
+if [[ $name == report || $name == *_peers || $name == */* || ! -f $file ]]; then
   echo "bench.sh: there is no benchmark '$name'; scripts/bench.sh lists them." >&2
   exit 2
+fi
+if [[ -f $here/../benchmarks/${name}_peers.py ]]; then
+  "$here/setup.sh"
+  source "$here/env.sh"
+  lock=$LIKEME_ROOT/benchmarks/peers.lock state=$LIKEME_VENV/likeme/peers
+  if ! sha256sum --status --check "$state" 2>/dev/null; then
+    "$LIKEME_VENV/uv/bin/uv" pip install -q --python "$LIKEME_VENV/bin/python" --no-deps \
+      --require-hashes -r "$lock" || { echo "bench.sh: could not install benchmarks/peers.lock." >&2; exit 1; }
+    sha256sum "$lock" >"$state"
+  fi
 fi
 exec "$here/run.sh" python "$file" "$@"

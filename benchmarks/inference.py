@@ -1,0 +1,213 @@
+"""Goal posterior and decision against general engines (pyAgrum, pgmpy), batches, and growth.
+
+All engines hold the same model, p(G) p(X_i) p(A | G, X_i) p(X_f | X_i, A), answer the same
+questions in the same process in turn, and must give the same answers. Needs peers.lock, which
+bench.sh installs. `--calls N` (2000): calls of ours and pyAgrum; pgmpy gets a tenth.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from inference_peers import Agrum, Engine, Pgmpy
+from likeme_inference.tabletop.action_selection import choose
+from likeme_inference.tabletop.dirichlet import CONCENTRATION
+from likeme_inference.tabletop.domain import Mode
+from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.sparse import SparseGoalModel
+from likeme_inference.tabletop.transition_model import TransitionModel
+from report import Bar, publish
+
+Change = tuple[int, int]
+#: The changes of the paper: LEFT to RIGHT, LEFT to OFFTABLE, RIGHT to LEFT, RIGHT to OFFTABLE.
+CHANGES: tuple[Change, ...] = ((0, 1), (0, 2), (1, 0), (1, 2))
+BATCH = 1_000_000
+SIZES = ((3, 6), (10, 10), (30, 20), (100, 30), (300, 40), (1000, 50))
+#: Beyond this many states a general engine's table P(A | G, X_i) alone has over 10^7 entries.
+PEER_STATES = 30
+
+
+class Ours:
+    """GoalModel, asked as the node asks it."""
+
+    def __init__(self, model: GoalModel) -> None:
+        self._model = model
+
+    def goal_posterior(self, x_i: int, x_f: int) -> Any:
+        """P(G | x_i, x_f)."""
+        return self._model.goal_posterior(x_i, x_f)
+
+    def decision(self, x_i: int, x_f: int) -> tuple[int, int, float]:
+        """MAP goal, MAP action, predicted success."""
+        goal = int(self._model.goal_posterior(x_i, x_f).argmax())
+        made = choose(self._model, x_i, goal, None, Mode.GOAL_BASED, 0.5)
+        assert made.action is not None, 'Each of these goals can be reached.'
+        return goal, made.action, made.predicted_success
+
+
+class Times(NamedTuple):
+    """Percentiles of single calls, s, and how many there were."""
+
+    p50: float
+    p99: float
+    n: int
+
+
+def timed(calls: Sequence[Callable[[int, int], Any]], numbers: Sequence[int]) -> list[Times]:
+    """Time several functions in turn, round by round, so that all meet the same machine."""
+    spent: list[list[int]] = [[] for _ in calls]
+    for k in range(max(numbers)):
+        x_i, x_f = CHANGES[k % len(CHANGES)]
+        for call, times, number in zip(calls, spent, numbers, strict=True):
+            if k < number:
+                begin = time.perf_counter_ns()
+                call(x_i, x_f)
+                times.append(time.perf_counter_ns() - begin)
+    return [
+        Times(
+            float(np.percentile(times, 50)) * 1e-9,
+            float(np.percentile(times, 99)) * 1e-9,
+            len(times),
+        )
+        for times in spent
+    ]
+
+
+def check_same(ours: Ours, peers: Sequence[Engine]) -> None:
+    """Engines that disagree are not worth comparing."""
+    for peer in peers:
+        for change in CHANGES:
+            assert np.allclose(
+                ours.goal_posterior(*change), peer.goal_posterior(*change), atol=1e-9
+            )
+            assert ours.decision(*change)[:2] == peer.decision(*change)[:2]
+            assert abs(ours.decision(*change)[2] - peer.decision(*change)[2]) < 1e-9
+
+
+def single(calls: int) -> list[Bar]:
+    """One question at a time, p50 and p99, and how many times faster than the peers."""
+    model = GoalModel.of(
+        TransitionModel(shipped().objects['pear'].counts, CONCENTRATION).transition
+    )
+    ours, agrum, pgmpy = Ours(model), Agrum(model), Pgmpy(model)
+    engines: tuple[Engine, ...] = (ours, agrum, pgmpy)
+    check_same(ours, engines[1:])
+    bars = []
+    for what in ('goal_posterior', 'decision'):
+        methods = [getattr(engine, what) for engine in engines]
+        times = timed(methods, (calls, calls, calls // 10))
+        for name, t in zip(('ours', 'pyAgrum', 'pgmpy'), times, strict=True):
+            bars += [
+                Bar(f'{what} {name} p50', t.p50 * 1e6, None, 'us', n=t.n),
+                Bar(f'{what} {name} p99', t.p99 * 1e6, None, 'us', n=t.n),
+            ]
+        limits = (15.0, 20.0) if what == 'goal_posterior' else (None, None)
+        for name, t, bar in zip(('pyAgrum', 'pgmpy'), times[1:], limits, strict=True):
+            ratio = t.p50 / times[0].p50
+            bars.append(Bar(f'{what} times faster', ratio, bar, 'x', name, t.n, False))
+    cold = timed([first_answer(Ours), first_answer(Agrum), first_answer(Pgmpy)], (40, 40, 40))
+    for name, t in zip(('ours', 'pyAgrum', 'pgmpy'), cold, strict=True):
+        bars.append(
+            Bar(f'new model to first posterior {name} p50', t.p50 * 1e6, None, 'us', n=t.n)
+        )
+    return bars
+
+
+def first_answer(engine: Callable[[GoalModel], Engine]) -> Callable[[int, int], Any]:
+    """Everything from the counts to the first posterior, as after each new trial."""
+    counts = shipped().objects['pear'].counts
+
+    def answer(x_i: int, x_f: int) -> Any:
+        model = GoalModel.of(TransitionModel(counts, CONCENTRATION).transition)
+        return engine(model).goal_posterior(x_i, x_f)
+
+    return answer
+
+
+def batches() -> list[Bar]:
+    """10^6 demonstrations in one call, certain and uncertain; processor time of one core."""
+    model, rng = shipped().goal_model('pear'), np.random.default_rng(0)
+    x_i, x_f = rng.integers(0, 2, BATCH), rng.integers(0, 3, BATCH)
+    soft_i, soft_f = rng.dirichlet([1, 1, 1], BATCH), rng.dirichlet([1, 1, 1], BATCH)
+    bars = []
+    for what, here, there, bar in [
+        ('certain', x_i, x_f, 0.2), ('uncertain', soft_i, soft_f, None),
+    ]:  # fmt: skip
+        spent = []
+        for _ in range(7):
+            begin = time.process_time()
+            model.goal_posterior(here, there)
+            spent.append(time.process_time() - begin)
+        median = float(np.median(spent))
+        bars += [
+            Bar(f'batch of 10^6 {what}', median, bar, 's', n=len(spent)),
+            Bar(f'batch rate {what}', BATCH / median / 1e6, None, '10^6/s', n=len(spent)),
+        ]
+    return bars
+
+
+def random_counts(states: int, actions: int, results: int) -> sparse.csr_array:
+    """Counts in which each action leads to a few states, shape [x_i * a, x_f]."""
+    rng, rows = np.random.default_rng(0), states * actions
+    columns: NDArray[np.int64] = rng.integers(0, states, (rows, results)).ravel()
+    data = rng.integers(1, 10, rows * results)
+    indptr = np.arange(0, rows * results + 1, results)
+    counts = sparse.csr_array((data, columns, indptr), shape=(rows, states))
+    counts.sum_duplicates()
+    return counts
+
+
+def growth(calls: int) -> tuple[list[Bar], dict[str, str]]:
+    """Time of a goal posterior and memory of the model, two results an action."""
+    notes = {}
+    for states, actions in SIZES:
+        counts = random_counts(states, actions, 2)
+        thin = SparseGoalModel.of_counts(counts, actions)
+        parts = (thin.trial.data, thin.trial.indices, thin.trial.indptr, thin.background)
+        memory = sum(part.nbytes for part in parts)
+        x_f = int(counts[[0]].indices[0])
+        (t,) = timed([lambda *_, m=thin, y=x_f: m.goal_posterior(0, y)], (max(50, calls // 10),))
+        said = f'{counts.nnz} non-zeros, {memory / 1024:.0f} KiB, p50 {t.p50 * 1e6:.0f} us'
+        if states <= PEER_STATES:
+            dense = GoalModel.of(TransitionModel(_dense(counts, actions)).transition)
+            peer = Agrum(dense)
+            ours, theirs = timed(
+                [lambda *_, m=dense, y=x_f: m.goal_posterior(0, y),
+                 lambda *_, m=peer, y=x_f: m.goal_posterior(0, y)],
+                (50, 20),
+            )  # fmt: skip
+            said += f'; dense {ours.p50 * 1e6:.1f} us, pyAgrum {theirs.p50 * 1e6:.0f} us'
+        notes[f'{states} states x {actions} actions x {states} goals'] = said
+    bars = [
+        Bar('sparse posterior, 1000 x 50 x 1000', t.p50 * 1e3, None, 'ms', n=t.n),
+        Bar('memory per non-zero', memory / counts.nnz, 32, 'byte', n=counts.nnz,
+            peer='12 bytes of an entry, and its share of a row'),
+    ]  # fmt: skip
+    return bars, notes
+
+
+def _dense(counts: sparse.csr_array, actions: int) -> NDArray[np.int64]:
+    states = counts.shape[1]
+    return np.asarray(counts.toarray(), dtype=np.int64).reshape(states, actions, states)
+
+
+def main() -> None:
+    """Measure and publish."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--calls', type=int, default=2000)
+    parser.add_argument('--json', action='store_true')
+    calls = parser.parse_args().calls
+    grown, notes = growth(calls)
+    publish('inference', [*single(calls), *batches(), *grown], notes)
+
+
+if __name__ == '__main__':
+    main()
