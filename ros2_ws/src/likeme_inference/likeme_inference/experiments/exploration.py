@@ -1,0 +1,118 @@
+"""Help rate against trials: what a way of exploring is worth to the decisions (future work)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from likeme_inference.tabletop.dirichlet import CONCENTRATION
+from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.exploration import help_rate, information_gain
+from likeme_inference.tabletop.robot_model import RobotModel
+from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
+from likeme_inference.tabletop.transition_model import (
+    FloatArray,
+    IntArray,
+    maximum_likelihood,
+)
+
+#: Trials after which the help rate is taken; 36 pairs matter.
+CHECKPOINTS = (36, 72, 135, 144, 216, 288, 360)
+#: The prior is fitted anew after so many trials.
+REFIT = 6
+
+
+class Way(StrEnum):
+    """How the next pair is chosen."""
+
+    UNIFORM = 'uniform'
+    SYSTEMATIC = 'systematic'
+    INFORMATION_GAIN = 'information-gain'
+
+
+class Curve(NamedTuple):
+    """One way and one estimate: the mean help rate at the checkpoints and its standard error."""
+
+    way: Way
+    estimate: str
+    mean: FloatArray
+    error: FloatArray
+
+
+def world_of(model: RobotModel) -> FloatArray:
+    """A model's relative frequencies as a world, shape [object, x_i, a, x_f]."""
+    return np.array([known.transition for known in model.objects.values()])
+
+
+def exploration(
+    world: FloatArray,
+    way: Way,
+    seeds: int,
+    checkpoints: Sequence[int] = CHECKPOINTS,
+    seed: int = 0,
+) -> list[Curve]:
+    """Learn `seeds` times in the world and act on what was learned; one curve an estimate.
+
+    world: shape [object, x_i, a, x_f]; trials are drawn from it.
+    """
+    rng = np.random.default_rng([seed, list(Way).index(way)])
+    counts = np.zeros((seeds, *world.shape))
+    gain = np.zeros(counts.shape[:-1])
+    weights, reached = START, []
+    every, touched = np.arange(seeds), None
+    for trial in range(max(checkpoints)):
+        if way is Way.INFORMATION_GAIN:
+            anew = trial % (2 * REFIT) == 0
+            if trial % REFIT == 0:
+                weights = fitted(counts, weights)
+            alpha = counts + shared_prior(counts, weights)
+            if anew or touched is None:
+                gain = information_gain(alpha, rng)
+            else:
+                gain[every, touched] = information_gain(alpha[every, touched], rng)
+        o, x_i, a = _chosen(way, trial, gain, rng)
+        touched = o
+        counts[every, o, x_i, a, _ended(world[o, x_i, a], rng)] += 1
+        if trial + 1 in checkpoints:
+            reached.append(_rates(counts, world))
+    rates = np.array(reached)  # [checkpoint, estimate, seed]
+    error = rates.std(axis=-1) / np.sqrt(seeds)
+    return [
+        Curve(way, name, rates[:, e].mean(axis=-1), error[:, e])
+        for e, name in enumerate(('maximum likelihood', 'Dirichlet', 'shared prior'))
+    ]
+
+
+def _rates(counts: FloatArray, world: FloatArray) -> list[FloatArray]:
+    shared = shared_prior(counts, fitted(counts, rounds=3))
+    return [
+        help_rate(maximum_likelihood(counts + prior), world)
+        for prior in (0.0, CONCENTRATION, shared)
+    ]
+
+
+def _chosen(
+    way: Way, trial: int, gain: FloatArray, rng: np.random.Generator
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Object, x_i and action for each seed; x_i is within reach."""
+    seeds, objects, _, actions = gain.shape
+    open_ = np.flatnonzero(~TABLETOP.stuck)
+    pairs = objects * len(open_) * actions
+    if way is Way.UNIFORM:
+        flat = rng.integers(pairs, size=seeds)
+    elif way is Way.SYSTEMATIC:
+        flat = np.full(seeds, trial % pairs)
+    else:
+        within = gain[:, :, open_] * (1 + 1e-9 * rng.random((seeds, objects, len(open_), actions)))
+        flat = within.reshape(seeds, -1).argmax(axis=-1)
+    o, x, a = np.unravel_index(flat, (objects, len(open_), actions))
+    return o, open_[x], a
+
+
+def _ended(rows: FloatArray, rng: np.random.Generator) -> IntArray:
+    """Draw x_f from each row, shape [seed, x_f]."""
+    above = rng.random(len(rows))[:, None] >= rows.cumsum(axis=-1)
+    return np.asarray(above.sum(axis=-1).clip(max=rows.shape[-1] - 1))

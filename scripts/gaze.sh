@@ -1,0 +1,29 @@
+#!/usr/bin/env bash
+# Usage: scripts/gaze.sh [OPTION...]
+#
+# Gaze following over ROS: starts a gaze node, lets a simulated mentor turn its head to targets on
+# the left and right, and prints what the robot infers and where it turns its own head.
+#
+#   --trials N         how often the mentor looks somewhere (default: 4)
+#   --blindfold        the mentor wears an opaque blindfold, as in Fig 6 of the paper
+#   --experience WHAT  what the robot knows of blindfolds: none, windowed or opaque
+#                      (default: none; with --blindfold: none, then opaque)
+#   --distance         the robot also sees how far away the mentor's eyes converge
+#   --seed N           of the robot's experience and of the mentor
+#   --points N         head movements the robot learns from (default: 200; 15 in Fig 6)
+#   --start            start a gaze node (the default)
+#   --no-start         use the gaze node that runs on this ROS domain
+#   --domain N         ROS domain (default: ROS_DOMAIN_ID or 0)
+#
+# Exit codes: 0 all trials were answered, 1 one was not or there is no gaze node, 2 usage,
+# 130 interrupted.
+
+set -euo pipefail
+here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
+case ${1:-} in
+  -h | --help)
+    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
+    exit 0
+    ;;
+esac
+exec "$here/run.sh" python -m likeme_bringup.gaze "$@"
