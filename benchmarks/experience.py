@@ -1,0 +1,155 @@
+"""Self-experience: full trials a second with one worker and with two, and writers of one store.
+
+A trial is reset, perceive, act, perceive, with the sensor model on. `--trials N` (162): of each
+run; the first 54, in which cells are built, are left out of the rate. `--writers N` (4): processes
+that record 250 trials each, one transaction a trial.
+"""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import psutil
+
+from likeme_arm_sim.scene import OBJECTS
+from likeme_bringup.learning.offline import learn_locally
+from likeme_bringup.learning.trial_cell import simulated_robot
+from likeme_inference.experience.campaign import Campaign, Progress
+from likeme_inference.experience.policy import Systematic
+from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.experience.trial import Pair, Trial, TrialKey
+from likeme_inference.tabletop.domain import Action, State
+from likeme_inference.tabletop.values import Motion
+from report import Bar, publish
+
+EACH = 250
+PAIRS = len(State) * len(Action)
+
+
+class Run(NamedTuple):
+    """One campaign: trials per s without and with its start, processor s a trial, and its ends.
+
+    The processor time is that of the workers, without their start as well: on a machine that
+    others use too it says more than the clock.
+    """
+
+    rate: float
+    overall: float
+    processor: float
+    ends: tuple[tuple[str, int], ...]
+
+
+@contextmanager
+def store_at(path: Path) -> Iterator[ExperienceStore]:
+    """A store in a folder that goes away."""
+    with closing(ExperienceStore(str(path))) as store:
+        yield store
+
+
+def run(workers: int, repetitions: int, folder: Path) -> Run:
+    """Make a campaign with so many workers."""
+    warm_up = PAIRS * len(OBJECTS)
+    campaign = Campaign(simulated_robot(), 'offline-1', 1, OBJECTS, Systematic(repetitions))
+    marks: list[tuple[float, float]] = []
+    began = time.monotonic()
+    with store_at(folder / f'{workers}.sqlite') as store:
+        progress = Progress(campaign, store)
+        learn_locally(
+            progress, store, workers, lambda _: marks.append((time.monotonic(), _children_time()))
+        )
+        ends = tuple(sorted((t.key.identity, int(t.x_f)) for t in store.trials()))
+    ended = time.monotonic()
+    (first, first_used), (last, last_used) = marks[warm_up - 1], marks[-1]
+    trials = len(marks) - warm_up
+    steady, processor = trials / (last - first), (last_used - first_used) / trials
+    return Run(steady, len(marks) / (ended - began), processor, ends)
+
+
+def _children_time() -> float:
+    """Processor s of the processes that this one has started and that run."""
+    used = [child.cpu_times() for child in psutil.Process().children()]
+    return float(sum(times.user + times.system for times in used))
+
+
+def _write(place: str, writer: int) -> None:
+    """Record trials one by one, every second one of which the next writer records too."""
+    with closing(ExperienceStore(place)) as store:
+        for number in range(EACH):
+            key = TrialKey(
+                'bench', 'write', Pair('pear', State.LEFT, Action.PUSH_LEFT),
+                writer * EACH // 2 + number,
+            )  # fmt: skip
+            store.record([Trial(key, State.LEFT, Motion.COMPLETED, 0, 'bench', 0)])
+
+
+def write(writers: int, folder: Path) -> tuple[float, int]:
+    """Records per s of many writers at once, and how many trials are missing or twice."""
+    place = folder / 'writers.sqlite'
+    with store_at(place) as store:
+        context = multiprocessing.get_context('spawn')
+        crew = [context.Process(target=_write, args=(str(place), n)) for n in range(writers)]
+        began = time.monotonic()
+        for process in crew:
+            process.start()
+        for process in crew:
+            process.join()
+        seconds = time.monotonic() - began
+        kept = [trial.key.repetition for trial in store.trials()]
+    expected = EACH + (writers - 1) * (EACH // 2)
+    return writers * EACH / seconds, abs(len(kept) - expected) + len(kept) - len(set(kept))
+
+
+def main() -> None:
+    """Measure and publish."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--trials', type=int, default=162)
+    parser.add_argument('--writers', type=int, default=4)
+    parser.add_argument('--json', action='store_true')
+    given = parser.parse_args()
+    repetitions = max(2, round(given.trials / PAIRS / len(OBJECTS)))
+    trials = repetitions * PAIRS * len(OBJECTS)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        one, two = run(1, repetitions, folder), run(2, repetitions, folder)
+        records, wrong = write(given.writers, folder)
+    other = sum(a != b for a, b in zip(one.ends, two.ends, strict=True))
+    bars = [
+        Bar('trials, two workers', two.rate, 4.0, '1/s', n=trials, at_most=False),
+        Bar('the same, aimed at', two.rate, 20.0, '1/s', n=trials, at_most=False),
+        Bar('the same, start of the workers included', two.overall, None, '1/s', n=trials),
+        Bar('trials, one worker', one.rate, None, '1/s', n=trials),
+        Bar('two workers to one', two.rate / one.rate, 1.8, '', n=trials, at_most=False),
+        Bar(
+            'the same by processor time',
+            2 * one.processor / two.processor,
+            1.8,
+            '',
+            n=trials,
+            at_most=False,
+        ),
+        Bar(
+            'trials, two cores to themselves, by processor time',
+            2 / two.processor,
+            4.0,
+            '1/s',
+            n=trials,
+            at_most=False,
+        ),
+        Bar('processor time a trial, one worker', one.processor, None, 's', n=trials),
+        Bar('processor time a trial, two workers', two.processor, None, 's', n=trials),
+        Bar('trials that end differently with two', other, 0, '', n=trials),
+        Bar(f'records of {given.writers} writers', records, None, '1/s', n=given.writers * EACH),
+        Bar('trials lost or doubled by them', wrong, 0, '', n=given.writers * EACH),
+    ]
+    publish('experience', bars)
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,135 @@
+"""Learning in the live cell while its parts are killed: no trial lost, none doubled, no hang.
+
+`--trials N` (54): to make. `--kills N` (6): kill -9 of arm driver, perception, inference and
+learner in turn, each at a random moment after the first trial since the last. `--seed N` (1): of
+the campaign and of the moments. `--store FILE`: keep the trials there, and go on with those that
+are in it. `--minutes N`: stop then, wherever it is. The cell runs as fast as it goes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from contextlib import closing
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+import psutil
+from domain_coordinator import domain_id
+
+from likeme_arm_sim.scene import OBJECTS
+from likeme_bringup.learning.campaigns import PolicyName, campaign_of
+from likeme_bringup.supervisor import die_with_parent
+from likeme_inference.experience.store import ExperienceStore
+from report import Bar, publish
+
+ROBOT = 'live-bench'
+VICTIMS = 'arm_driver_node', 'perception_node', 'inference_node', 'learner'
+#: s from a trial to a kill, mean; s without a new trial that count as a hang; s between looks.
+MEAN_PAUSE, HANG, GLANCE = 6.0, 300.0, 0.5
+
+
+class Learner:
+    """`learn.sh --with-cell` as a process, started anew when it ended."""
+
+    def __init__(self, words: list[str], log: Path) -> None:
+        self._command = [sys.executable, '-m', 'likeme_bringup.learn', '--with-cell', *words]
+        self._log = log.open('ab')
+        self.starts = 0
+        self.start()
+
+    def start(self) -> None:
+        """Start it."""
+        self.starts += 1
+        self.process = subprocess.Popen(
+            self._command,
+            stdout=self._log,
+            stderr=self._log,
+            preexec_fn=die_with_parent(os.getpid()),
+        )
+
+    def kill(self, victim: str) -> bool:
+        """Kill -9 the learner or a node of its cell; whether it was there."""
+        if victim == 'learner':
+            self.process.kill()
+            self.process.wait()
+            return True
+        try:
+            children = psutil.Process(self.process.pid).children(recursive=True)
+            found = [c for c in children if any(victim in word for word in c.cmdline())]
+            for child in found:
+                child.kill()
+        except psutil.NoSuchProcess:
+            return False
+        return bool(found)
+
+
+def main() -> None:
+    """Learn, kill, and count."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--trials', type=int, default=54)
+    parser.add_argument('--kills', type=int, default=6)
+    parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--store', type=Path)
+    parser.add_argument('--minutes', type=float, default=np.inf)
+    parser.add_argument('--json', action='store_true')
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name, domain_id() as domain:
+        os.environ['ROS_DOMAIN_ID'] = str(domain)
+        place = given.store or Path(name) / 'experience.sqlite'
+        publish('live_learning', measure(given, place, place.with_suffix('.log')))
+
+
+def measure(given: argparse.Namespace, place: Path, log: Path) -> list[Bar]:
+    """Run the campaign to its end with kills at random moments."""
+    rng, victims = np.random.default_rng(given.seed), cycle(VICTIMS)
+    campaign = campaign_of(
+        'live', ROBOT, given.seed, OBJECTS, PolicyName.RANDOM, 10, given.trials
+    )  # fmt: skip
+    planned = {key.identity for key in campaign.plan()}
+    words = ['--policy', 'random', '--trials', str(given.trials), '--seed', str(given.seed)]
+    words += ['--robot', ROBOT, '--store', str(place)]
+    began, killed, gone, hangs = time.monotonic(), 0, 0, 0
+    with closing(ExperienceStore(str(place))) as store:
+        at_first = known = store.identities(ROBOT, campaign.name)
+        learner = Learner(words, log)
+        news, due = time.monotonic(), np.inf
+        last = began + 60 * given.minutes
+        while learner.process.poll() != 0 and not hangs and time.monotonic() < last:
+            time.sleep(GLANCE)
+            now, found = time.monotonic(), store.identities(ROBOT, campaign.name)
+            gone += len(known - found)
+            if found != known:
+                news, known = now, found
+                due = min(due, now + rng.exponential(MEAN_PAUSE))
+            hangs += now - news > HANG
+            if killed < given.kills and now > due:
+                victim, due = next(victims), np.inf
+                killed += learner.kill(victim)
+                print(f'{killed}: kill -9 {victim} after {len(known)} trials', file=sys.stderr)
+            if learner.process.poll() not in (None, 0):
+                learner.start()
+        if learner.process.poll() is None:
+            learner.process.terminate()
+            learner.process.wait()
+        trials = list(store.trials(ROBOT, campaign.name))
+    made = len(known) - len(at_first)
+    seconds = time.monotonic() - began
+    return [
+        Bar('trials recorded', len(planned & known), given.trials, '', at_most=False),
+        Bar('trials lost that were recorded', gone, 0, '', n=killed),
+        Bar('trials doubled or not planned', len(trials) - len(planned & known), 0, '', n=killed),
+        Bar('hangs', hangs, 0, '', n=len(known)),
+        Bar('kills', killed, given.kills, '', at_most=False),
+        Bar('starts of the learner', learner.starts, None, ''),
+        Bar('trials a minute', made / seconds * 60, None, '1/min', n=made),
+    ]
+
+
+if __name__ == '__main__':
+    main()

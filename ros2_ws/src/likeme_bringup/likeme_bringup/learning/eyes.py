@@ -1,0 +1,102 @@
+"""A simulated cell under the eyes of perception, a frame whenever somebody looks.
+
+In the running cell the camera delivers 30 frames a second and perception reads every one. Here a
+frame is drawn when it is needed: to see an object come to rest, and while a push asks whether it
+has arrived. What is decided is decided by the same code on the same kind of frames.
+"""
+
+from __future__ import annotations
+
+from likeme_arm_sim import scene as sim
+from likeme_arm_sim.cell import Cell
+from likeme_arm_sim.primitives import ObjectView
+from likeme_perception.background import Background
+from likeme_perception.config import PerceptionConfig
+from likeme_perception.identification import Catalogue
+from likeme_perception.observation import ObjectObservation, TableObservation
+from likeme_perception.pipeline import TabletopPerception
+from likeme_perception.regions import Regions, State
+from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
+
+#: s between two frames: of the camera, and of an object that arm or gripper cover.
+SHORTEST, COVERED = 1 / 30, 0.15
+#: m/s. No pushed object comes nearer to a border faster than this.
+FASTEST = 0.3
+#: s of simulated time after which what does not come to rest is taken as it is.
+PATIENCE = 10.0
+#: s between looks at what has not come to rest yet.
+GLANCE = 0.2
+#: The frames' frame_id.
+FRAME = 'camera_rgb_optical_frame'
+
+
+class Eyes:
+    """Perception of one cell from a known background on; forgets nothing, so make new ones."""
+
+    def __init__(
+        self, cell: Cell, config: PerceptionConfig, known: Catalogue, background: Background | None
+    ) -> None:
+        """background: learned before; without it the first frames are spent on it."""
+        camera = cell.scene.camera
+        lens = camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height
+        self._cell, self._config = cell, config
+        self._perception = TabletopPerception(config, Intrinsics(*lens), known)
+        self._perception.background = background
+        self._table: TableObservation | None = None
+        self._due = 0.0
+        self.frames = 0
+
+    def learn_background(self) -> Background:
+        """What the camera sees of the scene that stands still, from as many frames as it takes."""
+        while self._perception.background is None:
+            self._cell.step(SHORTEST)
+            self._see()
+        return self._perception.background
+
+    def wait_for_rest(self, name: str) -> ObjectObservation:
+        """Let time pass until the camera sees the whole table at rest, or for long enough."""
+        table, until = self._see(), self._cell.time + PATIENCE
+        pause = self._config.settle_time
+        while not table.settled and self._cell.time < until:
+            self._cell.step(pause)
+            table, pause = self._see(), GLANCE
+        return table.object(name)
+
+    def look(self, name: str) -> ObjectView | None:
+        """What the arm is told about an object: a new frame where the last one is too old."""
+        if self._table is None or self._cell.time >= self._due:
+            self._table = self._see()
+            self._due = self._cell.time + self._attention(self._table.object(name))
+        return view_of(self._table.object(name))
+
+    def _see(self) -> TableObservation:
+        images = self._cell.frame()
+        stamp, depth = round(self._cell.time * 1e9), depth_in_metres(images.depth_mm)
+        self._table = self._perception.process(RgbdFrame(stamp, FRAME, images.rgb, depth))
+        self._due = self._cell.time + SHORTEST
+        self.frames += 1
+        return self._table
+
+    def _attention(self, seen: ObjectObservation) -> float:
+        """For how long an object cannot change its state, s."""
+        regions = self._perception.regions
+        if regions is None or seen.shape is None or seen.state is State.UNKNOWN:
+            return COVERED
+        distance = distance_to_border(regions, *seen.centroid[:2])
+        return max(distance / FASTEST, SHORTEST)
+
+
+def distance_to_border(regions: Regions, x: float, y: float) -> float:
+    """How far a place is from where a state ends, m."""
+    area = regions.work_area
+    sides = x - area.x_min, area.x_max - x, y - area.y_min, area.y_max - y
+    return min(*map(abs, sides), abs(y - regions.blue_line_y))
+
+
+def view_of(seen: ObjectObservation) -> ObjectView | None:
+    """An object as the arm is told of it; None when it was never seen."""
+    if seen.shape is None:
+        return None
+    x, y, _ = seen.centroid
+    state = None if seen.state is State.UNKNOWN else sim.State(int(seen.state))
+    return ObjectView(x, y, seen.shape.yaw, state)

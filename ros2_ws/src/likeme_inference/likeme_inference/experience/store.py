@@ -1,0 +1,166 @@
+"""The experience store: every trial once, however often and by however many it is recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Connection, Row, func, insert, select
+from sqlalchemy.exc import IntegrityError
+
+from likeme_inference.experience.database import (
+    FOR_WRITING,
+    StoreError,
+    open_engine,
+    refusing,
+    shown,
+    url_of,
+)
+from likeme_inference.experience.schema import row_of, trial_of
+from likeme_inference.experience.schema import trials as table
+from likeme_inference.experience.trial import Pair, Trial, no_counts
+from likeme_inference.tabletop.domain import Action, State
+
+#: Trials a transaction: SQL statements have a limited number of parameters.
+BATCH = 200
+#: s to wait for others' writing.
+PATIENCE = 20.0
+
+
+class Recorded(NamedTuple):
+    """What became of trials that were handed in.
+
+    Attributes:
+        new: how many were not known.
+        known: how many were.
+        contradicting: identities of those known with another ending; the first record stays.
+    """
+
+    new: int = 0
+    known: int = 0
+    contradicting: tuple[str, ...] = ()
+
+    def plus(self, other: Recorded) -> Recorded:
+        """Both together."""
+        contradicting = self.contradicting + other.contradicting
+        return Recorded(self.new + other.new, self.known + other.known, contradicting)
+
+
+class Tally(NamedTuple):
+    """How often a robot's trials of one pair in one campaign ended in one state."""
+
+    robot: str
+    campaign: str
+    pair: Pair
+    x_f: State
+    trials: int
+
+
+class ExperienceStore:
+    """Trials in a database. Threads and processes may share it; each opens its own."""
+
+    def __init__(self, place: str, create: bool = True, patience: float = PATIENCE) -> None:
+        """place: an SQLite file's path or a database URL. create: make it where it is not there.
+
+        Raises:
+            StoreError: it cannot be used, see database.open_engine.
+        """
+        self._url, self._patience = url_of(place), patience
+        self._engine = open_engine(self._url, create, patience)
+
+    @property
+    def place(self) -> str:
+        """Where it is, for people."""
+        return shown(self._url)
+
+    def close(self) -> None:
+        """Give the connections back."""
+        self._engine.dispose()
+
+    def record(self, trials: Iterable[Trial]) -> Recorded:
+        """Keep trials for good; those that are known stay as they are.
+
+        Raises:
+            StoreError: it is locked or broken; a batch is kept whole or not at all.
+        """
+        result, rest = Recorded(), iter(trials)
+        while batch := list(islice(rest, BATCH)):
+            result = result.plus(self._record_batch(batch))
+        return result
+
+    def trials(self, robot: str | None = None, campaign: str | None = None) -> Iterator[Trial]:
+        """All trials, or those of a robot or a campaign, in the order of their identities."""
+        query = select(table).order_by(table.c.identity)
+        for column, value in ((table.c.robot, robot), (table.c.campaign, campaign)):
+            query = query if value is None else query.where(column == value)
+        with refusing(self._url, self._patience), self._engine.connect() as connection:
+            for row in connection.execution_options(yield_per=BATCH).execute(query):
+                yield self._read(row)
+
+    def identities(self, robot: str, campaign: str) -> frozenset[str]:
+        """The trials of a campaign that are recorded."""
+        query = select(table.c.identity).where(
+            table.c.robot == robot, table.c.campaign == campaign
+        )
+        with refusing(self._url, self._patience), self._engine.connect() as connection:
+            return frozenset(connection.execute(query).scalars())
+
+    def tallies(
+        self, robots: Sequence[str] = (), campaigns: Sequence[str] = ()
+    ) -> tuple[Tally, ...]:
+        """How trials ended, counted by the database; of all robots and campaigns unless named."""
+        pair = (table.c.robot, table.c.campaign, table.c.object, table.c.x_i, table.c.action)
+        query = select(*pair, table.c.x_f, func.count().label('trials'))
+        for column, names in ((table.c.robot, robots), (table.c.campaign, campaigns)):
+            query = query.where(column.in_(names)) if names else query
+        query = query.group_by(*pair, table.c.x_f).order_by(*pair, table.c.x_f)
+        with refusing(self._url, self._patience), self._engine.connect() as connection:
+            rows = connection.execute(query).all()
+        return tuple(
+            Tally(r.robot, r.campaign, Pair(r.object, State(r.x_i), Action(r.action)),
+                  State(r.x_f), r.trials)
+            for r in rows
+        )  # fmt: skip
+
+    def counts(
+        self, objects: tuple[str, ...], robots: Sequence[str] = (), campaigns: Sequence[str] = ()
+    ) -> dict[str, NDArray[np.int64]]:
+        """Object -> counts[x_i, a, x_f] of some objects."""
+        counts = no_counts(objects)
+        for tally in self.tallies(robots, campaigns):
+            name, x_i, action = tally.pair
+            if name in counts:
+                counts[name][x_i, action, tally.x_f] += tally.trials
+        return counts
+
+    def _record_batch(self, batch: Sequence[Trial]) -> Recorded:
+        with refusing(self._url, self._patience):
+            try:
+                return self._insert(batch)
+            except IntegrityError:
+                # Of two writers that both found a trial missing one is second: it is known now.
+                return self._insert(batch)
+
+    def _insert(self, batch: Sequence[Trial]) -> Recorded:
+        mine = {trial.key.identity: trial for trial in reversed(batch)}
+        with self._engine.execution_options(begin=FOR_WRITING).begin() as connection:
+            theirs = self._known(connection, list(mine))
+            new = [row_of(trial) for key, trial in mine.items() if key not in theirs]
+            if new:
+                connection.execute(insert(table), new)
+        first = mine | theirs
+        wrong = {t.key.identity for t in batch if t.contradicts(first[t.key.identity])}
+        return Recorded(len(new), len(batch) - len(new), tuple(sorted(wrong)))
+
+    def _known(self, connection: Connection, identities: Sequence[str]) -> dict[str, Trial]:
+        query = select(table).where(table.c.identity.in_(identities))
+        return {row.identity: self._read(row) for row in connection.execute(query)}
+
+    def _read(self, row: Row[Any]) -> Trial:
+        try:
+            return trial_of(row)
+        except (ValueError, TypeError) as error:
+            raise StoreError(f'{self.place}: a trial cannot be read: {error}') from error

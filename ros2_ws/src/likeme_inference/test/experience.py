@@ -1,0 +1,21 @@
+"""Trials for tests."""
+
+from __future__ import annotations
+
+from likeme_inference.experience.trial import Pair, Place, Trial, TrialKey
+from likeme_inference.tabletop.domain import Action, State
+from likeme_inference.tabletop.values import Motion
+
+PEAR = Pair('pear', State.LEFT, Action.PUSH_RIGHT)
+
+
+def trial(
+    repetition: int = 0,
+    pair: Pair = PEAR,
+    x_f: State = State.RIGHT,
+    robot: str = 'robot',
+    campaign: str = 'test-1',
+) -> Trial:
+    key = TrialKey(robot, campaign, pair, repetition)
+    before, after = Place(0.4, 0.1 + 1e-17, -1.5), None
+    return Trial(key, x_f, Motion.COMPLETED, key.seed(1), '0.1.0', 10**18 + 1, before, after)

@@ -1,0 +1,233 @@
+"""Trial identities, trial files, policies, campaigns, and executed imitations as experience."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import dataclass, replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from experience import PEAR, trial
+from likeme_inference.experience.campaign import Campaign, Progress
+from likeme_inference.experience.executed import Experience
+from likeme_inference.experience.policy import Random, Systematic
+from likeme_inference.experience.sighting import (
+    SeenObject,
+    Sighting,
+    TrialVoidError,
+    counted,
+    seen_in,
+)
+from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.experience.trial import Counts, Pair, Place, TrialKey, no_counts
+from likeme_inference.experience.trial_file import TrialFileError, load, parse, save, write
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.domain import Action, Mode, State
+from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.values import (
+    Actor,
+    Decision,
+    Motion,
+    MotionReport,
+    Outcome,
+    Result,
+)
+
+OBJECTS = ('pear', 'lemon', 'chicken')
+
+
+@pytest.fixture
+def store() -> Iterator[ExperienceStore]:
+    with closing(ExperienceStore('sqlite://')) as opened:
+        yield opened
+
+
+def campaign(policy: Systematic | Random | None = None, seed: int = 1) -> Campaign:
+    return Campaign('robot', 'test-1', seed, OBJECTS, policy or Systematic(2))
+
+
+def test_a_key_names_the_same_trial_for_ever() -> None:
+    key = trial().key
+    # Written down here: a change would count every recorded trial twice.
+    assert key.identity == 'e9f9fb95-f473-5e60-9381-a978d792ff46'
+    assert key.seed(1) == 8097126674643826257
+    others = [
+        replace(key, robot='r'), replace(key, campaign='c'), replace(key, repetition=1),
+        replace(key, pair=PEAR._replace(action=Action.PUSH_LEFT)),
+    ]  # fmt: skip
+    assert len({k.identity for k in (key, *others)}) == 5
+    assert len({key.seed(1), key.seed(2), key.seed(1, attempt=1), others[2].seed(1)}) == 4
+
+
+@pytest.mark.parametrize('name', ['', 'two\nlines', 'x' * 101])
+def test_names_that_would_not_survive_are_refused(name: str) -> None:
+    with pytest.raises(ValueError, match='Expected a name'):
+        TrialKey(name, 'campaign', PEAR, 0)
+
+
+def test_a_motion_that_was_held_is_no_trial() -> None:
+    with pytest.raises(ValueError, match='got HELD'):
+        replace(trial(), motion=Motion.HELD)
+
+
+def test_a_trial_file_gives_every_trial_back(tmp_path: Path) -> None:
+    trials = (trial(0), trial(1, robot='a, "strange" one'), replace(trial(2), before=None))
+    assert save(trials, tmp_path / 'trials.csv') == 3
+    assert load(tmp_path / 'trials.csv') == trials
+
+
+@pytest.mark.parametrize(
+    ('line', 'becomes', 'why'),
+    [
+        (0, 'likeme_experience,2', "line 1: expected 'likeme_experience,1'"),
+        (2, None, "line 4: expected 'end,1', got 'end,2'"),
+        (4, None, 'line 5: expected a trial or "end", but the file stops here'),
+        (2, 'robot,test-1,pear', 'line 3: expected 19 fields'.replace('19', '17')),
+        (4, 'end,2\nmore', "line 6: expected '(end of file)'"),
+    ],
+)
+def test_a_broken_trial_file_is_refused_by_line(line: int, becomes: str | None, why: str) -> None:
+    text = StringIO()
+    write([trial(0), trial(1)], text)
+    lines = text.getvalue().splitlines()
+    lines[line : line + 1] = [] if becomes is None else becomes.split('\n')
+    with pytest.raises(TrialFileError) as refused:
+        list(parse(lines))
+    assert why in str(refused.value)
+
+
+def test_wrong_words_in_a_trial_file_are_told() -> None:
+    text = StringIO()
+    write([trial(0)], text)
+    with pytest.raises(
+        TrialFileError, match="line 3: expected one of LEFT RIGHT OFFTABLE, got 'UP'"
+    ):
+        list(parse(text.getvalue().replace('RIGHT,COMPLETED', 'UP,COMPLETED').splitlines()))
+
+
+def test_systematic_tries_every_pair_equally_often_in_rounds() -> None:
+    plan = list(campaign(Systematic(10)).plan())
+    assert len(plan) == len({key.identity for key in plan}) == 540
+    assert set(Counter(key.pair for key in plan).values()) == {10}
+    for start in range(0, 540, 54):
+        assert len({key.pair for key in plan[start : start + 54]}) == 54
+    assert [k.pair for k in plan[:54]] != [k.pair for k in plan[54:108]]
+
+
+def test_random_tries_as_many_as_it_is_told() -> None:
+    plan = list(campaign(Random(300)).plan())
+    assert len({key.identity for key in plan}) == 300
+    assert len({key.pair for key in plan}) == 54
+    assert list(campaign(Random(300), seed=2).plan()) != plan
+
+
+def test_a_restarted_campaign_goes_on_where_it_stopped(store: ExperienceStore) -> None:
+    first = list(Progress(campaign(), store).missing())
+    store.record(trial(key.repetition, key.pair) for key in first[:40:3])
+    after = Progress(campaign(), store)
+    assert (after.total, after.done) == (108, 14)
+    assert set(after.missing()) == set(first) - set(first[:40:3])
+    others = Campaign('other', 'test-1', 1, OBJECTS, Systematic(2))
+    assert Progress(others, store).done == 0
+
+
+@dataclass(frozen=True)
+class UntilItWorks:
+    """An adaptive policy: the same pair until it ended RIGHT."""
+
+    adaptive: bool = True
+
+    def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
+        ends = counts['pear'][PEAR.x_i, PEAR.action]
+        return None if ends[State.RIGHT] else PEAR
+
+
+def test_an_adaptive_policy_sees_how_each_trial_ended(store: ExperienceStore) -> None:
+    progress = Progress(Campaign('robot', 'test-1', 1, OBJECTS, UntilItWorks()), store)
+    ends, made = iter((State.LEFT, State.LEFT, State.RIGHT)), []
+    for key in progress.missing():
+        store.record([trial(key.repetition, key.pair, next(ends))])
+        progress.recorded(key)
+        made.append(key.repetition)
+    assert made == [0, 1, 2]
+    assert (progress.total, progress.done) == (None, 3)
+
+
+def test_what_a_sighting_does_not_say() -> None:
+    covered, seen = SeenObject(None, None), SeenObject(State.LEFT, Place(0.4, 0.1, 0.0))
+    sighting = Sighting(1, True, {'pear': covered, 'lemon': seen})
+    assert seen_in(sighting, 'lemon') == (State.LEFT, seen.place)
+    with pytest.raises(TrialVoidError, match='The pear stayed covered'):
+        seen_in(sighting, 'pear')
+    with pytest.raises(TrialVoidError, match='The camera knows lemon, pear, not turnip'):
+        seen_in(sighting, 'turnip')
+
+
+@pytest.mark.parametrize('motion', [None, Motion.HELD, Motion.BUSY, Motion.EXPIRED])
+def test_a_motion_that_does_not_count_voids_the_trial(motion: Motion | None) -> None:
+    with pytest.raises(TrialVoidError, match='The arm did not try: because'):
+        counted(MotionReport(motion, 'because.'))
+
+
+def test_counts_before_the_first_trial_are_zero() -> None:
+    assert {t.sum() for t in no_counts(OBJECTS).values()} == {0}
+
+
+def decision(number: int = 1) -> Decision:
+    return Decision(
+        100, 'base_link', number, 1, Mode.GOAL_BASED, 'pear', State.LEFT, State.RIGHT,
+        (0.1, 0.9, 0.0), Kind.EXECUTE, Action.PUSH_RIGHT, (0,) * 6, (0,) * 6, (0.0, 1.0, 0.0),
+        1.0, 0.5, 'model', 'I push.',
+    )  # fmt: skip
+
+
+def outcome(number: int = 1, x_f: State | None = State.RIGHT) -> Outcome:
+    return Outcome(
+        200, 'base_link', number, 'pear', State.LEFT, State.RIGHT, x_f, Result.REACHED,
+        Actor.ROBOT, Action.PUSH_RIGHT, 1.0, Motion.COMPLETED, 'It is there.',
+    )  # fmt: skip
+
+
+def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
+    before = shipped()
+    experience = Experience(store, 'robot', '0.1.0', before)
+    assert experience.model == before
+    for _ in range(2):
+        # The same outcome again is the same fact.
+        model = experience.record_outcome(decision(), outcome())
+    assert model is experience.model
+    pushed = model.model_of('pear').counts - before.model_of('pear').counts
+    assert pushed[State.LEFT, Action.PUSH_RIGHT].tolist() == [0, 1, 0]
+    assert pushed.sum() == 1
+    # The learned model may have been exported from this very store: nothing counts twice.
+    again = Experience(store, 'robot', '0.1.0', model)
+    assert again.model.rows == model.rows
+    experience.record_outcome(decision(2), outcome(2, State.LEFT))
+    assert experience.model.version == '1+2'
+
+
+@pytest.mark.parametrize(
+    'ending',
+    [
+        replace(outcome(), actor=Actor.HUMAN),
+        replace(outcome(), motion=Motion.HELD),
+        replace(outcome(), motion=None),
+        outcome(x_f=None),
+    ],
+)
+def test_what_says_nothing_of_the_robots_skill_is_no_trial(
+    store: ExperienceStore, ending: Outcome
+) -> None:
+    experience = Experience(store, 'robot', '0.1.0', shipped())
+    assert experience.record_outcome(decision(), ending) is None
+    assert not list(store.trials())
+
+
+def test_another_decisions_outcome_is_refused(store: ExperienceStore) -> None:
+    with pytest.raises(ValueError, match='Expected the outcome of decision 2, got that of 1'):
+        Experience(store, 'robot', '0.1.0', shipped()).record_outcome(decision(2), outcome(1))

@@ -1,0 +1,86 @@
+"""Directed exploration: gains that mean something, a help rate that is exact, bars that hold."""
+
+import numpy as np
+import pytest
+
+from likeme_inference.experience.policy import InformationGain
+from likeme_inference.experience.trial import no_counts
+from likeme_inference.experiments.exploration import Way, exploration, world_of
+from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
+from likeme_inference.tabletop.exploration import help_rate, information_gain
+from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
+
+CHANGES = ((0, 1), (0, 2), (1, 0), (1, 2))
+WORLD = world_of(shipped())
+
+
+def slow_help_rate(model, world):
+    """By `plan` and `spread`, one change after the other."""
+    open_ = []
+    for believed, truly in zip(model, world, strict=True):
+        for x_i, g in CHANGES:
+            best = plan(believed, np.arange(3) == g, 3, TABLETOP.stuck, TABLETOP.aimed[g])
+            open_.append(1 - spread(truly, best, x_i, 3)[3, g])
+    return np.mean(open_)
+
+
+def test_help_rate_is_that_of_plans_followed():
+    assert help_rate(WORLD, WORLD) == pytest.approx(0.0475)
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        model, world = rng.dirichlet(np.ones(3), size=(2, 3, 3, 6))
+        assert help_rate(model, world) == pytest.approx(slow_help_rate(model, world))
+
+
+def test_random_but_known_rows_gain_nothing():
+    alpha = np.full((3, 6, 3), 1e7 / 3)
+    alpha[:, Action.PUSH_RIGHT] = 1, 1, 1
+    gain = information_gain(alpha, np.random.default_rng(0))
+    assert gain.argmax() == np.ravel_multi_index((State.LEFT, Action.PUSH_RIGHT), gain.shape)
+    known = np.delete(gain, Action.PUSH_RIGHT, axis=1)
+    assert known.max() < 1e-6 * gain.max()
+    assert not gain[State.OFFTABLE].any()
+
+
+def test_what_no_decision_hangs_on_gains_nothing():
+    alpha = np.full((3, 6, 3), 0.01)
+    for x_i in range(3):
+        for a in Action:
+            alpha[x_i, a, a.target] = 1e6
+    alpha[State.LEFT, Action.PUSH_RIGHT] = 1, 1, 1
+    # Placing does all there is to do without fail.
+    assert information_gain(alpha, np.random.default_rng(1)).max() < 1e-6
+
+
+def test_objects_lend_each_other_trials():
+    counts = np.zeros((3, 3, 6, 3))
+    counts[0, 0, 0] = 0, 10, 0
+    prior = shared_prior(counts, START)
+    assert prior[1, 0, 0].tolist() == pytest.approx([1.0, 1.1, 0.1])
+    assert prior[0, 0, 0].tolist() == pytest.approx([1.0, 0.1, 0.1])
+
+
+def test_the_prior_learns_that_actions_do_what_they_are_for():
+    counts = np.zeros((3, 3, 6, 3))
+    for x_i in (0, 1):
+        for a in Action:
+            counts[:, x_i, a, a.target] = 10
+    weights = fitted(counts, rounds=3)
+    assert weights.aimed > START.aimed
+    assert weights.elsewhere < START.elsewhere
+
+
+def test_the_policy_stops_where_it_should_and_repeats_itself():
+    counts = no_counts(('pear', 'lemon'))
+    policy = InformationGain(trials=1)
+    first, again = (policy.next(counts, np.random.default_rng(3)) for _ in range(2))
+    assert first == again
+    assert first.x_i != State.OFFTABLE
+    counts[first.object][first.x_i, first.action, 0] += 1
+    assert policy.next(counts, np.random.default_rng(3)) is None
+
+
+def test_directed_trials_are_worth_more_than_uniform_ones():
+    directed = exploration(WORLD, Way.INFORMATION_GAIN, 40, (72,))[-1]
+    uniform = exploration(WORLD, Way.UNIFORM, 400, (72,))
+    assert directed.mean[0] < min(curve.mean[0] for curve in uniform) - 2 * directed.error[0]

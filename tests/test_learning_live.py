@@ -1,0 +1,81 @@
+"""The robot learns in the running cell while its parts are killed: no trial lost or doubled."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+
+import psutil
+import pytest
+
+from graph import Graph, NodeProcess
+from likeme_bringup.learning.campaigns import PolicyName, campaign_of
+from likeme_inference.experience.store import ExperienceStore
+
+pytestmark = pytest.mark.graph
+START_CELL = (sys.executable, '-m', 'likeme_bringup.start_cell')
+LEARN = (sys.executable, '-m', 'likeme_bringup.learn')
+WORDS = ('--object', 'chicken', '--policy', 'random', '--trials', '5', '--robot', 'test')
+CAMPAIGN = campaign_of('live', 'test', 1, ('chicken',), PolicyName.RANDOM, 10, 5)
+#: s at most for one trial, with a restart of the cell in it.
+A_TRIAL = 60.0
+
+
+def kill_nodes_of(process: NodeProcess) -> None:
+    """Kill -9 the node under a start_cell, which ends then."""
+    for child in psutil.Process(process.pid).children(recursive=True):
+        child.kill()
+    assert process.wait(15) == 1
+
+
+@pytest.mark.slow
+def test_kills_of_arm_perception_and_learner(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph, closing(ExperienceStore(str(tmp_path / 'x.sqlite'))) as store:
+
+        def start(part: str) -> NodeProcess:
+            fast = ('--real-time-factor', '0') if part == 'arm' else ()
+            return graph.run(part, *START_CELL, '--only', part, *fast)
+
+        def learn() -> NodeProcess:
+            return graph.run('learn', *LEARN, *WORDS, '--store', store.place)
+
+        def recorded(count: int) -> frozenset[str]:
+            graph.until(lambda: len(ids()) >= count, A_TRIAL, f'{count} trials')
+            return ids()
+
+        def ids() -> frozenset[str]:
+            return store.identities('test', 'live-1')
+
+        parts = {part: start(part) for part in ('arm', 'perception')}
+        learner, known = learn(), frozenset[str]()
+        for count, victim in enumerate(('arm', 'learner', 'perception'), start=1):
+            now = recorded(count)
+            assert known <= now
+            known = now
+            # Somewhere in the next trial.
+            graph.during(1.0)
+            if victim == 'learner':
+                learner.signal(signal.SIGKILL)
+                learner.wait(10)
+                learner = learn()
+            else:
+                kill_nodes_of(parts[victim])
+                parts[victim] = start(victim)
+        assert learner.wait(4 * A_TRIAL) == 0, learner.said
+        assert known <= ids()
+        assert sorted(ids()) == sorted(key.identity for key in CAMPAIGN.plan())
+        assert 'Traceback' not in learner.said
+
+
+def test_without_a_cell_it_says_so(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        said = subprocess.run(
+            [*LEARN, *WORDS, '--store', str(tmp_path / 'x.sqlite')],
+            env=graph.env, capture_output=True, text=True, timeout=60, check=False,
+        )  # fmt: skip
+    assert said.returncode == 3
+    assert f'No cell is running on ROS domain {graph.domain}: start one with' in said.stderr
+    assert 'Traceback' not in said.stderr
