@@ -34,6 +34,10 @@ class CellCamera:
         self._renderer = MeshRenderer(scene.camera, cell_background(scene))
         self._kinect = Kinect(scene.camera, noise, seed)
 
+    def restart(self, seed: int) -> None:
+        """Let the sensor's chance be that of this seed from now on."""
+        self._kinect.restart(seed)
+
     def frame(self) -> RgbdImages:
         """Colour and depth of this moment."""
         return self._kinect.sense(self._renderer.render(self.bodies()))

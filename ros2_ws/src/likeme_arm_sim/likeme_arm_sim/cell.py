@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.camera import CellCamera
 from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
 from likeme_arm_sim.human_hand import HumanHand
+from likeme_arm_sim.inexact import InexactMotion, draw_offset
 from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.kinematics import Kinematics
@@ -38,6 +40,8 @@ OnTick = Callable[[], None]
 HELD = 'The cell is held: nothing moves until it is resumed.'
 # After the toys were put down, s.
 SETTLING_TIME = 0.6
+# Keeps the arm's chance apart from the layout's, which is drawn from the bare seed.
+ARM_STREAM = 1
 
 
 class Actor(Enum):
@@ -89,19 +93,21 @@ class Cell:
     def __init__(self, scene: Scene, seed: int, settings: CellSettings | None = None) -> None:
         self.scene, self.settings = scene, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
+        self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
         physics, speed = self.settings.physics, self.settings.arm_speed
+        kinematics = Kinematics(physics.arm.reach)
         self.world = World(scene, {name: TOYS[name] for name in scene.objects}, physics)
-        self.arm = Arm(self.world.client, Kinematics(), self._tick, speed, physics.gripper)
+        self.arm = Arm(self.world.client, kinematics, self._tick, speed, physics.gripper)
         self.hand = HumanHand(self.world, self._tick)
         pace = DemonstratorSettings(speed=self.settings.human_speed)
         self._demonstrator = Demonstrator(self.world, self.hand, scene, pace)
-        noise = self.settings.noise
-        self._camera = CellCamera(scene, self.world, self.arm, self.hand, noise, seed)
+        self._camera_seed = seed
         self._held = threading.Event()
         self._on_tick: OnTick = _nothing
         self._deadline = np.inf
         self._first = draw_layout(scene, self._initial_states(), [], self._rng)
         self._lay(self._first)
+        self._beginning = self.world.save()
 
     @property
     def time(self) -> float:
@@ -181,6 +187,7 @@ class Cell:
             ValueError: unknown objects or states, or not one state an object.
         """
         wanted = wanted_states(self.scene, objects, states)
+        self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
         self.arm.reset()
         self.hand.reset()
         if not wanted:
@@ -190,9 +197,32 @@ class Cell:
         occupied = [self.world.toy_pose(name).position[:2] for name in rest]
         self._lay(draw_layout(self.scene, wanted, occupied, np.random.default_rng(seed)))
 
+    def restart(self, seed: int) -> None:
+        """Forget everything since the cell was made: what follows hangs on `seed` alone.
+
+        Two cells made with the same arguments go the same way after it, to the last bit, whatever
+        the robot did before. A person's grip comes and goes as a constraint, after which bullet
+        solves the others in another order: then they go the same way but for rounding.
+        """
+        self._held.clear()
+        # What a hand holds, it holds by a constraint that was not there in the beginning.
+        self.hand.reset()
+        self.world.restart(self._beginning)
+        self.arm.reset()
+        self.hand.reset()
+        self._rng = np.random.default_rng(seed)
+        self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
+        self._camera.restart(seed)
+
     def frame(self) -> RgbdImages:
         """What the Kinect delivers now."""
         return self._camera.frame()
+
+    @cached_property
+    def _camera(self) -> CellCamera:
+        """Built when somebody looks: the searches that need no pictures do without."""
+        noise, seed = self.settings.noise, self._camera_seed
+        return CellCamera(self.scene, self.world, self.arm, self.hand, noise, seed)
 
     def true_states(self) -> dict[str, ObjectView]:
         """Where everything truly is: for tests and benchmarks only, never for a decision."""
@@ -249,7 +279,9 @@ class Cell:
         self._clear_the_table(Actor.HUMAN)
         if actor is Actor.HUMAN:
             return self._demonstrator.perform(name, action, self._rng)
-        return act(self.arm, look, self.scene, name, action, self.settings.primitives)
+        offset = draw_offset(self.settings.physics.arm, self._arm_rng)
+        arm = InexactMotion(self.arm, offset)
+        return act(arm, look, self.scene, name, action, self.settings.primitives)
 
     def _clear_the_table(self, actor: Actor) -> None:
         if actor is Actor.HUMAN and not self.hand.away:

@@ -99,6 +99,10 @@ class Kinect:
         self._noise = noise or KinectNoise()
         self._tiles = NoiseTiles(camera, self._noise, np.random.default_rng(seed))
 
+    def restart(self, seed: int) -> None:
+        """Go on with chance of this seed: the same sensor, other frames."""
+        self._tiles.restart(np.random.default_rng(seed))
+
     def sense(self, rendering: Rendering) -> RgbdImages:
         """The frame the sensor delivers for an ideal rendering."""
         expected = (self._camera.height, self._camera.width)
@@ -106,6 +110,7 @@ class Kinect:
             got = 'x'.join(map(str, rendering.depth.shape))
             wanted = f'{self._camera.height}x{self._camera.width}'
             raise ValueError(f'Expected a depth of {wanted}, got {got}.')
+        self._tiles.begin_frame()
         return RgbdImages(self._colour(rendering.rgb), self._depth(rendering.depth))
 
     def _colour(self, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -31,6 +31,8 @@ class KinectNoise:
         nearest, farthest: range, m.
         colour: standard deviation of each colour channel, 8-bit steps.
         lens_blur: standard deviation of the point spread, px; 0 for none.
+        patterns: how many noise images take turns, so that what does not move can be compressed;
+            0: fresh noise in every frame, as a real sensor has.
     """
 
     axial_base: float = 0.0012
@@ -49,6 +51,7 @@ class KinectNoise:
     farthest: float = 4.0
     colour: float = 2.0
     lens_blur: float = 0.6
+    patterns: int = 0
 
 
 class NoiseTiles:
@@ -64,7 +67,8 @@ class NoiseTiles:
     LATERAL_MAPS = 16
 
     def __init__(self, camera: CameraMount, noise: KinectNoise, rng: np.random.Generator) -> None:
-        self._rng = rng
+        self._rng, self._frames = rng, 0
+        self._patterns = rng.integers(0, 2**32, noise.patterns) if noise.patterns else None
         self._shape = camera.height, camera.width
         size = camera.height + self.MARGIN, camera.width + self.MARGIN
         self._axial = _correlated(rng.standard_normal(size), noise.axial_correlation)
@@ -80,6 +84,16 @@ class NoiseTiles:
         self._lateral = [
             _scattered(self._shape, noise.lateral, rng) for _ in range(self.LATERAL_MAPS)
         ]
+
+    def restart(self, rng: np.random.Generator) -> None:
+        """Draw the places to read from by `rng` from now on; the noise itself stays."""
+        self._rng, self._frames = rng, 0
+
+    def begin_frame(self) -> None:
+        """A new frame: with `patterns`, its noise is that of one before."""
+        if self._patterns is not None:
+            pattern = self._patterns[self._frames % len(self._patterns)]
+            self._rng, self._frames = np.random.default_rng(pattern), self._frames + 1
 
     def _window(self) -> tuple[slice, slice]:
         top, left = self._rng.integers(0, self.MARGIN, 2)

@@ -32,6 +32,8 @@ READY = np.array([0.0, 0.0, 0.0, -2.2, 0.0, 2.2, 0.785])
 
 POSITION_TOLERANCE = 0.01
 ANGLE_TOLERANCE = 0.05
+# Of 20 steps each; a neighbour of a solution needs one.
+REFINEMENTS = 30
 
 
 class NoSolutionError(Exception):
@@ -74,8 +76,10 @@ def load_panda(client: Any) -> int:
 class Kinematics:
     """Forward and inverse kinematics of the arm, by pybullet's damped least squares."""
 
-    def __init__(self) -> None:
+    def __init__(self, reach: float = np.inf) -> None:
+        """reach: m from the base's axis, beyond which no solution is looked for."""
         self._client: Any = connect()
+        self.reach = reach
         self._arm = load_panda(self._client)
         infos = [self._client.getJointInfo(self._arm, j) for j in ARM_JOINTS + FINGER_JOINTS]
         self._all_lower = [info[8] for info in infos]
@@ -103,11 +107,19 @@ class Kinematics:
         """Joint angles (rad) near `seed` that bring the hand to `pose`.
 
         Raises:
-            NoSolutionError: the best joints miss by more than 1 cm or 3 degrees, or break a limit.
+            NoSolutionError: the best joints miss by more than 1 cm or 3 degrees, or break a limit;
+                or the pose lies beyond the arm's reach.
         """
+        distance = float(np.hypot(pose.x, pose.y))
+        if distance > self.reach:
+            raise NoSolutionError(
+                f'Inverse kinematics found no solution for x {pose.x:.2f}, y {pose.y:.2f}, '
+                f'z {pose.z:.2f} m: expected at most {self.reach:.2f} m from the base, '
+                f'got {distance:.2f} m.'
+            )
         orientation = pybullet.getQuaternionFromEuler((np.pi, 0.0, pose.yaw))
         joints = np.array(seed, dtype=float)
-        for _ in range(6):
+        for _ in range(REFINEMENTS):
             joints = np.clip(self._refine(pose, orientation, joints), self.lower, self.upper)
             miss, turn = self._residual(pose, orientation, joints)
             if miss < 0.001 and turn < 0.01:
@@ -148,7 +160,7 @@ class Kinematics:
             upperLimits=self._all_upper,
             jointRanges=[hi - lo for lo, hi in zip(self._all_lower, self._all_upper, strict=True)],
             restPoses=[*joints.tolist(), 0.02, 0.02],
-            maxNumIterations=100,
+            maxNumIterations=20,
             residualThreshold=1e-5,
         )
         return np.array(solution[:7])

@@ -1,4 +1,4 @@
-"""The numbers of the simulated matter that no drawing gives: guessed, or to be fitted to trials.
+"""The numbers of the simulated matter that no drawing gives; the fitted ones are in `fitted.py`.
 
 Bullet multiplies the friction coefficients of the two bodies that touch.
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+
+from likeme_arm_sim.fitted import fitted
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class GripperPhysics:
         gear_force: that keeps both fingers equally far from the middle, N.
     """
 
-    force: float = 15.0
+    force: float = fitted('grip_force')
     speed: float = 0.1
     friction: float = 0.9
     spinning_friction: float = 0.002
@@ -67,12 +69,46 @@ class HandPhysics:
     friction: float = 1.6
 
 
+@dataclass(frozen=True)
+class ArmAccuracy:
+    """How far the arm is from where it believes to be: calibration, play and length.
+
+    Attributes:
+        bias_x, bias_y: of the hand-eye calibration, the same in every motion, m.
+        noise: standard deviation of x and of y, drawn once a motion, m.
+        noise_z: the same of the height, m.
+        turn: standard deviation of the hand's yaw, rad.
+        reach: greatest distance of the grasp point from the base's axis, m; beyond it inverse
+            kinematics gives up. The Panda's own reach is longer, the real robot's arm was not.
+    """
+
+    bias_x: float = fitted('arm_bias_x')
+    bias_y: float = 0.0
+    noise: float = fitted('arm_noise')
+    noise_z: float = 0.003
+    turn: float = 0.10
+    reach: float = fitted('reach')
+
+
 TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
     {
-        'pear': ToyPhysics(mass=0.050, friction=0.45, rolling_friction=0.0004, restitution=0.15),
-        'lemon': ToyPhysics(mass=0.040, friction=0.45, rolling_friction=0.0003, restitution=0.20),
+        'pear': ToyPhysics(
+            mass=0.050,
+            friction=fitted('pear_friction'),
+            rolling_friction=fitted('pear_rolling'),
+            restitution=0.5,
+        ),
+        'lemon': ToyPhysics(
+            mass=0.040,
+            friction=fitted('lemon_friction'),
+            rolling_friction=fitted('lemon_rolling'),
+            restitution=0.5,
+        ),
         'chicken': ToyPhysics(
-            mass=0.060, friction=0.55, rolling_friction=0.0020, restitution=0.05
+            mass=0.060,
+            friction=fitted('chicken_friction'),
+            rolling_friction=0.0020,
+            restitution=0.05,
         ),
     }
 )
@@ -93,3 +129,4 @@ class Physics:
     toys: Mapping[str, ToyPhysics] = field(default_factory=lambda: TOY_PHYSICS)
     gripper: GripperPhysics = field(default_factory=GripperPhysics)
     hand: HandPhysics = field(default_factory=HandPhysics)
+    arm: ArmAccuracy = field(default_factory=ArmAccuracy)

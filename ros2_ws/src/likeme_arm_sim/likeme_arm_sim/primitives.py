@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from likeme_arm_sim.fitted import fitted
 from likeme_arm_sim.kinematics import NoSolutionError, ToolPose, wrap_half_turn
 from likeme_arm_sim.scene import Action, Scene, State
 
@@ -94,11 +95,14 @@ class PrimitiveSettings:
         grasp_height, release_height: of the grasp point when the fingers close and open.
         carry_height: over the table.
         drop_height: above the table's height, past its edge.
-        beyond_edge: how far past the edge OFFTABLE is.
+        drop_x, beyond_edge: where OFFTABLE is: how far past the right edge, and where along it.
+        place_share: where LEFT and RIGHT are, from the blue line (0) to the area's border (1).
         push_height: of the grasp point while pushing.
         push_gap: between the fingers while pushing.
         push_start: behind the perceived centroid.
         push_past: further, once the object is seen to have arrived.
+        push_off_heading: direction of a push OFFTABLE, rad from +x: over the far edge (0) or
+            towards the right-hand corner (negative).
         back_off: away from the pushed object before lifting.
         fast: through free space.
         gentle: near objects.
@@ -106,15 +110,18 @@ class PrimitiveSettings:
     """
 
     clear_height: float = 0.17
-    grasp_height: float = 0.018
-    release_height: float = 0.028
+    grasp_height: float = fitted('grasp_height')
+    release_height: float = fitted('release_height')
     carry_height: float = 0.14
     drop_height: float = 0.05
-    beyond_edge: float = 0.07
+    drop_x: float = 0.34
+    beyond_edge: float = 0.06
+    place_share: float = fitted('place_share')
     push_height: float = 0.016
-    push_gap: float = 0.030
+    push_gap: float = fitted('push_gap')
     push_start: float = 0.085
-    push_past: float = 0.03
+    push_past: float = fitted('push_past')
+    push_off_heading: float = fitted('push_off_heading')
     back_off: float = 0.03
     fast: float = 0.45
     gentle: float = 0.14
@@ -165,15 +172,14 @@ def _carry(
 
 
 def drop_spot(scene: Scene, held: ToolPose, target: State, s: PrimitiveSettings) -> ToolPose:
-    """Where a held object is released: a fixed spot of the area, or past the nearest side edge."""
+    """Where a held object is released: a fixed spot of the area; OFFTABLE past the right edge."""
     area, top = scene.table.work_area, scene.table.top
-    x = area.centre[0]
     if target is State.OFFTABLE:
-        side = 1.0 if held.y > 0 else -1.0
-        y = side * (top.y_max + s.beyond_edge)
-        return held._replace(x=min(max(held.x, x - 0.08), x), y=y, z=s.drop_height)
-    y = (area.y_max if target is State.LEFT else area.y_min) * 0.5
-    return held._replace(x=x, y=y, z=s.release_height)
+        return held._replace(x=s.drop_x, y=top.y_min - s.beyond_edge, z=s.drop_height)
+    border = area.y_max if target is State.LEFT else area.y_min
+    line = scene.table.blue_line_y
+    y = line + (border - line) * s.place_share
+    return held._replace(x=area.centre[0], y=y, z=s.release_height)
 
 
 def push(
@@ -200,16 +206,18 @@ def push(
     already = view.state is target
 
     def arrived() -> bool:
-        seen = look(name)
-        return not already and seen is not None and seen.state is target
+        seen = None if already else look(name)
+        return seen is not None and seen.state is target
 
-    if motion.move_to(end, s.push_speed, until=arrived):
+    seen = motion.move_to(end, s.push_speed, until=arrived)
+    if seen:
         motion.move_to(_further(motion.tool, end, s.push_past), s.push_speed)
     # Straight up from a round toy would lift it by its shoulders: step back first.
     motion.move_to(_further(motion.tool, start, s.back_off), s.gentle)
     motion.move_to(motion.tool.lifted_to(s.clear_height), s.fast)
     motion.move_home()
-    return Ending(Outcome.COMPLETED, f'The {name} was pushed towards {target.name}.')
+    until = 'until it was seen there' if seen else 'to the end of the way, where it was not seen'
+    return Ending(Outcome.COMPLETED, f'The {name} was pushed towards {target.name}, {until}.')
 
 
 def push_line(
@@ -223,8 +231,13 @@ def push_line(
     """
     area = scene.table.work_area
     if target is State.OFFTABLE:
-        start = ToolPose(view.x - s.push_start, view.y, s.push_height, 0.0)
-        return start, start._replace(x=max(area.x_max, start.x))
+        along = np.array([np.cos(s.push_off_heading), np.sin(s.push_off_heading)])
+        x, y = map(float, np.array([view.x, view.y]) - s.push_start * along)
+        start = ToolPose(x, y, s.push_height, s.push_off_heading)
+        far = max((area.x_max - x) / along[0], 0.0)
+        side = max((area.y_min - y) / along[1], 0.0) if along[1] < 0.0 else np.inf
+        x, y = map(float, start.position[:2] + min(far, side) * along)
+        return start, start._replace(x=x, y=y)
     sign = 1.0 if target is State.LEFT else -1.0
     start = ToolPose(view.x, view.y - sign * s.push_start, s.push_height, np.pi / 2)
     middle = sign * area.y_max * 0.45 - sign * s.push_start / 2
@@ -254,7 +267,9 @@ def act(
         return place(motion, scene, name, view, action.target, s)
     except NoSolutionError as error:
         retreat(motion, scene, s)
-        return Ending(Outcome.NO_IK_SOLUTION, str(error))
+        verb = 'push' if action.is_push else 'place'
+        reason = f'The arm does not reach far enough to {verb} the {name}. {error}'
+        return Ending(Outcome.NO_IK_SOLUTION, reason)
 
 
 def refusal(scene: Scene, name: str, view: ObjectView | None) -> Ending | None:
@@ -288,7 +303,9 @@ def retreat(motion: Motion, scene: Scene, s: PrimitiveSettings) -> None:
             motion.move_to(here.lifted_to(min(here.z, s.release_height)), s.gentle)
         motion.open_gripper()
         here = motion.tool
-        motion.move_to(here.lifted_to(max(here.z, s.clear_height)), s.gentle * 2)
+        # A little towards the base: at the border of its reach the arm could not go straight up.
+        back = here._replace(x=0.98 * here.x, y=0.98 * here.y)
+        motion.move_to(back.lifted_to(max(here.z, s.clear_height)), s.gentle * 2)
     except NoSolutionError:
         # At the border of its reach the arm can still fold by its joints.
         pass

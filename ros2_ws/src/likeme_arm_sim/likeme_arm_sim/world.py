@@ -63,6 +63,15 @@ class World:
             for index, (name, toy) in enumerate(toys.items())
         }
 
+    def save(self) -> int:
+        """Remember this moment, contacts included; what `restart` needs to come back to it."""
+        return int(self.client.saveState())
+
+    def restart(self, saved: int) -> None:
+        """Bring everything back to a saved moment, and time to zero."""
+        self.client.restoreState(saved)
+        self.steps = 0
+
     @property
     def time(self) -> float:
         """Simulated seconds since the world began."""
@@ -110,5 +119,7 @@ class World:
     def _add_slab(self, half: tuple[float, ...], centre: tuple[float, ...]) -> int:
         shape = self.client.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
         body = self.client.createMultiBody(0.0, shape, basePosition=centre)
-        self.client.changeDynamics(body, -1, lateralFriction=self.physics.ground_friction)
+        # Bullet multiplies the restitutions as well: 1 leaves each toy its own.
+        friction = self.physics.ground_friction
+        self.client.changeDynamics(body, -1, lateralFriction=friction, restitution=1.0)
         return int(body)

@@ -6,15 +6,31 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.cell import Actor, Cell, CellSettings, Look
-from likeme_arm_sim.primitives import ObjectView, Outcome
+from likeme_arm_sim.physics import ArmAccuracy, GripperPhysics, Physics
+from likeme_arm_sim.primitives import ObjectView, Outcome, PrimitiveSettings
 from likeme_arm_sim.scene import OBJECTS, Action, Scene, State
 from likeme_arm_sim.world import TIME_STEP
 
 LEFT, RIGHT, OFFTABLE = State
+# An exact, long arm with a firm grip low over the table: for what is not about its mishaps.
+ABLE = CellSettings(
+    physics=Physics(
+        gripper=GripperPhysics(force=15.0),
+        arm=ArmAccuracy(bias_x=0.0, noise=0.0, noise_z=0.0, turn=0.0, reach=0.7),
+    ),
+    primitives=PrimitiveSettings(
+        grasp_height=0.018, release_height=0.03, push_gap=0.03, push_off_heading=0.0
+    ),
+)
 
 
 @pytest.fixture(scope='module')
 def shared() -> Cell:
+    return Cell(Scene(), 1, ABLE)
+
+
+@pytest.fixture(scope='module')
+def as_shipped() -> Cell:
     return Cell(Scene(), 1)
 
 
@@ -41,7 +57,7 @@ def seen(cell: Cell, noise: float = 0.0, seed: int = 0) -> Look:
 
 
 @pytest.mark.parametrize('action', list(Action))
-def test_the_robot_can_do_each_action(cell: Cell, action: Action) -> None:
+def test_an_able_robot_can_do_each_action(cell: Cell, action: Action) -> None:
     start = LEFT if action.target is RIGHT else RIGHT
     cell.reset(OBJECTS, [start if name == 'chicken' else OFFTABLE for name in OBJECTS], 5)
     result = cell.run_action(Actor.ROBOT, 'chicken', action, seen(cell, 0.004))
@@ -54,14 +70,16 @@ def test_the_robot_can_do_each_action(cell: Cell, action: Action) -> None:
     assert cell.tidy
 
 
-def test_pushing_the_chicken_left_mostly_works(cell: Cell) -> None:
+def test_pushing_the_chicken_left_mostly_works(as_shipped: Cell) -> None:
     arrived = 0
-    for seed in range(5):
-        cell.reset(OBJECTS, (OFFTABLE, OFFTABLE, RIGHT), seed)
-        cell.run_action(Actor.ROBOT, 'chicken', Action.PUSH_LEFT, seen(cell, 0.005, seed))
-        cell.step(1.0)
-        arrived += state(cell, 'chicken') is LEFT
-    assert arrived >= 4
+    for seed in range(8):
+        as_shipped.reset(OBJECTS, (OFFTABLE, OFFTABLE, RIGHT), seed)
+        look = seen(as_shipped, 0.003, seed)
+        as_shipped.run_action(Actor.ROBOT, 'chicken', Action.PUSH_LEFT, look)
+        as_shipped.step(1.0)
+        arrived += state(as_shipped, 'chicken') is LEFT
+    # The real robot: 9 of 10. Fewer than 6 of 8 would be one chance in 25 at that.
+    assert arrived >= 6
 
 
 @pytest.mark.parametrize('after', [0.4, 2.5, 4.0])
@@ -214,3 +232,24 @@ def test_two_cells_of_one_seed_are_alike() -> None:
         cell.run_action(Actor.HUMAN, 'lemon', Action.PUSH_RIGHT, seen(cell))
         ends.append(cell.true_states())
     assert ends[0] == ends[1]
+
+
+def followed(cell: Cell, seed: int, action: Action) -> tuple[list[float], bytes]:
+    """All that a motion after a restart led to, and a picture of it."""
+    cell.restart(seed)
+    cell.reset(['chicken'], [RIGHT], seed)
+    way: list[float] = []
+    cell.run_action(
+        Actor.ROBOT, 'chicken', action, seen(cell), lambda: way.extend(cell.arm.joints)
+    )
+    way.extend(cell.world.toy_pose('chicken').position)
+    return way, cell.frame().depth_mm.tobytes()
+
+
+def test_after_a_restart_nothing_of_the_past_is_left() -> None:
+    used, fresh = (Cell(Scene(), 1) for _ in range(2))
+    used.run_action(Actor.ROBOT, 'lemon', Action.PLACE_RIGHT, seen(used), budget=3.0)
+    used.hold()
+    used.frame()
+    assert followed(used, 7, Action.PUSH_LEFT) == followed(fresh, 7, Action.PUSH_LEFT)
+    assert used.time == fresh.time

@@ -107,6 +107,17 @@ def test_the_same_seed_gives_the_same_images_and_another_does_not() -> None:
     assert not np.array_equal(a.depth_mm, one.sense(flat(1.0)).depth_mm)
 
 
+def test_patterns_take_turns_and_are_noise_like_any_other() -> None:
+    kinect = Kinect(CAMERA, replace(KinectNoise(), patterns=2, disparity_step=1e-4), seed=3)
+    images = [kinect.sense(flat(1.0)) for _ in range(5)]
+    for earlier, later in ((0, 2), (1, 3), (2, 4)):
+        np.testing.assert_array_equal(images[earlier].depth_mm, images[later].depth_mm)
+        np.testing.assert_array_equal(images[earlier].rgb, images[later].rgb)
+    assert (images[0].depth_mm != images[1].depth_mm).mean() > 0.5
+    valid = images[0].depth_mm[images[0].depth_mm > 0] / 1000.0
+    assert valid.std() == pytest.approx(0.0012 + 0.0019 * 0.6**2, rel=0.05)
+
+
 def test_colour_is_noisy_by_the_stated_amount_and_the_rendering_is_left_alone() -> None:
     frame = flat(1.0)
     image = Kinect(CAMERA).sense(frame)

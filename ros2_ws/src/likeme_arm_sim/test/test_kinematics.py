@@ -45,3 +45,16 @@ def test_home_is_beside_the_table(kinematics: Kinematics) -> None:
 )
 def test_an_axis_has_no_arrow(angle: float, axis: float) -> None:
     assert wrap_half_turn(angle) == pytest.approx(axis)
+
+
+def test_nothing_is_found_beyond_the_reach() -> None:
+    short = Kinematics(reach=0.6)
+    near = ToolPose(0.5, 0.3, 0.1, 0.0)
+    assert short.tool_pose(short.nearest(near, short.guess(near))).y == pytest.approx(
+        0.3, abs=0.01
+    )
+    far = near._replace(y=0.35)
+    with pytest.raises(
+        NoSolutionError, match=r'expected at most 0\.60 m from the base, got 0\.61'
+    ):
+        short.nearest(far, short.guess(far))

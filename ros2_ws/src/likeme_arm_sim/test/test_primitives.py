@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -98,7 +99,7 @@ def test_released_where_the_state_says(target: State, y: float) -> None:
     assert SCENE.table.state_of(spot.x, spot.y) is target
     if target is State.OFFTABLE:
         assert not SCENE.table.top.contains(spot.x, spot.y)
-        assert np.sign(spot.y) == np.sign(y)
+        assert spot.y < 0.0
 
 
 @pytest.mark.parametrize(
@@ -108,7 +109,8 @@ def test_released_where_the_state_says(target: State, y: float) -> None:
 def test_push_comes_from_behind_with_the_broad_side(
     target: State, direction: tuple[int, int]
 ) -> None:
-    start, end = push_line(SCENE, RIGHT_CHICKEN, target, SETTINGS)
+    straight = replace(SETTINGS, push_off_heading=0.0)
+    start, end = push_line(SCENE, RIGHT_CHICKEN, target, straight)
     way = (end.position - start.position)[:2]
     assert np.allclose(way / np.linalg.norm(way), direction)
     centroid = np.array([RIGHT_CHICKEN.x, RIGHT_CHICKEN.y])
@@ -116,6 +118,16 @@ def test_push_comes_from_behind_with_the_broad_side(
     assert behind == pytest.approx(SETTINGS.push_start)
     # The fingers stand apart across the hand's flat axis, which points along the push.
     assert abs(np.dot([np.cos(start.yaw), np.sin(start.yaw)], direction)) == pytest.approx(1.0)
+
+
+def test_a_push_offtable_may_go_askew() -> None:
+    askew = replace(SETTINGS, push_off_heading=-0.5)
+    start, end = push_line(SCENE, RIGHT_CHICKEN, State.OFFTABLE, askew)
+    way = (end.position - start.position)[:2]
+    assert np.arctan2(way[1], way[0]) == pytest.approx(-0.5)
+    area = SCENE.table.work_area
+    assert end.x == pytest.approx(area.x_max) or end.y == pytest.approx(area.y_min)
+    assert start.yaw == end.yaw == -0.5
 
 
 def test_push_ends_a_little_after_the_seen_state_changed() -> None:

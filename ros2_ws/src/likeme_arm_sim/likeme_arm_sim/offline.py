@@ -1,0 +1,138 @@
+"""One trial of self-experience without nodes and without images: for searches and benchmarks.
+
+The camera is replaced by an error like perception's; what the gripper hides, it does not see.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from likeme_arm_sim.cell import Actor, Cell, CellSettings, MotionResult
+from likeme_arm_sim.physics import TOY_PHYSICS, ArmAccuracy, GripperPhysics, Physics
+from likeme_arm_sim.primitives import ObjectView, PrimitiveSettings
+from likeme_arm_sim.scene import Action, Scene, State
+
+# Keeps the camera's chance apart from the cell's, which is drawn from the bare seed.
+EYE_STREAM = 2
+# After the motion: how long to wait at most for what rolls, s, and what counts as rest, m/s.
+REST, STILL = 4.0, 0.002
+CHECK = 0.1
+
+
+@dataclass(frozen=True)
+class EyeError:
+    """Perceived minus true pose: as measured with the whole perception in the cell.
+
+    Attributes:
+        bias: of the centroid, x and y, m.
+        noise: its standard deviation, m, drawn once a trial.
+        turn: standard deviation of the axis, rad, drawn once a trial.
+    """
+
+    bias: tuple[float, float] = (0.0, 0.0015)
+    noise: float = 0.002
+    turn: float = 0.05
+
+
+# The hand as the camera sees it, in its own frame, m: half extents along and across its flat axis,
+# and how far above the grasp point it begins and ends.
+HAND_HALF = (0.032, 0.104)
+HAND_SPAN = (0.045, 0.20)
+FINGER_HALF = 0.012
+
+
+class Eye:
+    """What perception would say about an object during one trial."""
+
+    def __init__(self, cell: Cell, seed: int, error: EyeError | None = None) -> None:
+        error = error or EyeError()
+        rng = np.random.default_rng([seed, EYE_STREAM])
+        self._cell = cell
+        self._shift = rng.normal(0.0, error.noise, 2) + error.bias
+        self._turn = float(rng.normal(0.0, error.turn))
+
+    def look(self, name: str) -> ObjectView:
+        """The perceived pose; its state None while the gripper hides the middle."""
+        true = self._cell.true_states()[name]
+        x, y = true.x + float(self._shift[0]), true.y + float(self._shift[1])
+        seen = State.OFFTABLE
+        if true.state is not State.OFFTABLE:
+            seen = self._cell.scene.table.state_of(x, y)
+        state = None if self._hidden(true) else seen
+        return ObjectView(x, y, true.yaw + self._turn, state)
+
+    def _hidden(self, toy: ObjectView) -> bool:
+        """Whether the hand crosses the ray from the camera to the toy's middle."""
+        tool, camera = self._cell.arm.tool, self._cell.scene.camera.position
+        low, high = tool.z + HAND_SPAN[0], tool.z + HAND_SPAN[1]
+        middle = np.array([toy.x, toy.y, 0.025])
+        up = (np.asarray(camera) - middle) / (camera[2] - middle[2])
+        points = middle + up * (np.linspace(low, high, 6)[:, None] - middle[2])
+        flat = np.array([np.cos(tool.yaw), np.sin(tool.yaw)])
+        away = points[:, :2] - tool.position[:2]
+        along, across = np.abs(away @ flat), np.abs(away @ np.array([-flat[1], flat[0]]))
+        return bool(np.any((along < HAND_HALF[0]) & (across < HAND_HALF[1])))
+
+
+def settings_with(values: Mapping[str, float]) -> CellSettings:
+    """A cell's settings with values of its own for all parameters of `fitted.py`."""
+    toys = {
+        name: replace(
+            TOY_PHYSICS[name],
+            friction=values[f'{name}_friction'],
+            rolling_friction=values.get(f'{name}_rolling', TOY_PHYSICS[name].rolling_friction),
+        )
+        for name in TOY_PHYSICS
+    }
+    arm = ArmAccuracy(
+        bias_x=values['arm_bias_x'],
+        noise=values['arm_noise'],
+        reach=values['reach'],
+    )
+    acting = {f.name: values[f.name] for f in fields(PrimitiveSettings) if f.name in values}
+    gripper = GripperPhysics(force=values['grip_force'])
+    return CellSettings(
+        primitives=PrimitiveSettings(**acting),
+        physics=Physics(toys=toys, gripper=gripper, arm=arm),
+    )
+
+
+def lone_cell(name: str, settings: CellSettings | None = None) -> Cell:
+    """A cell for fast trials: one toy, as the others would lie on the floor, and a swift arm."""
+    settings = replace(settings or CellSettings(), initial_states={})
+    cell = Cell(Scene(objects=(name,)), 0, settings)
+    cell.arm.swift = True
+    return cell
+
+
+def try_action(
+    cell: Cell, name: str, x_i: State, action: Action, seed: int,
+    on_tick: Callable[[], None] | None = None, error: EyeError | None = None,
+) -> tuple[State, MotionResult]:  # fmt: skip
+    """Put an object into `x_i` by seed, act, wait until it rests; its true state then."""
+    cell.reset([name], [x_i], seed)
+    eye = Eye(cell, seed, error)
+    result = cell.run_action(Actor.ROBOT, name, action, eye.look, on_tick)
+    settle(cell, name, on_tick)
+    state = cell.true_states()[name].state
+    assert state is not None, 'The truth is never covered.'
+    return state, result
+
+
+def settle(cell: Cell, name: str, on_tick: Callable[[], None] | None = None) -> None:
+    """Let time pass until a toy has come to rest, or for REST s."""
+    for _ in range(round(REST / CHECK)):
+        cell.step(CHECK, on_tick)
+        if cell.world.toy_speed(name) < STILL:
+            break
+
+
+def final_states(
+    cell: Cell, name: str, x_i: State, action: Action, seeds: range
+) -> tuple[int, int, int]:
+    """How often the object ended LEFT, RIGHT, OFFTABLE."""
+    ends = [try_action(cell, name, x_i, action, seed)[0] for seed in seeds]
+    return ends.count(State.LEFT), ends.count(State.RIGHT), ends.count(State.OFFTABLE)

@@ -1,0 +1,1 @@
+"""Fits the few free numbers of the simulated cell to the real robot's trials."""
