@@ -1,0 +1,104 @@
+"""Checks of RGB-D recordings: that colour, depth and camera info belong together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from likeme_bags.adapting import CAMERA_INFO, COLOUR, DEPTH, bare, camera_remap
+from likeme_bags.errors import BagError
+from likeme_bags.facts import TopicFacts
+from likeme_bags.reading import Bag
+from likeme_bags.verdicts import Verdict, fail, fine, warn
+
+# Colour and depth belong together up to this difference of their header stamps, ns: half a period
+# of a camera of 30 Hz.
+_TOGETHER = 16_666_667
+
+
+def _camera(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
+    """The three topics perception needs, under the cell's names or ones that are known."""
+    if not any(f.is_image for f in facts):
+        return fine('No camera is recorded.')
+    try:
+        remap = camera_remap(bag)
+    except BagError as error:
+        return warn(str(error))
+    foreign = [f'{old}:={new}' for old, new in remap.items() if bare(old) != bare(new)]
+    if foreign:
+        return warn(f'Plays to the cell with --remap {" --remap ".join(foreign)}.')
+    return fine("Colour, depth and camera info are there under the cell's names.")
+
+
+def _info(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
+    """A CameraInfo beside every camera, of the pictures' size."""
+    images = [f for f in facts if f.is_image and f.stamps]
+    infos = [f for f in facts if f.topic.type == CAMERA_INFO and f.stamps]
+    if not images:
+        return fine('No camera is recorded.')
+    if not infos:
+        return fail(f'Expected a camera_info beside {images[0].topic.name}, got none.')
+    sizes = {size for f in infos for size in f.infos}
+    for fact in images:
+        strange = fact.shapes - sizes
+        if strange and sizes:
+            height, width = next(iter(strange))
+            said = ', '.join(f'{h}x{w}' for h, w in sorted(sizes))
+            return fail(f'{fact.topic.name} is {height}x{width}, camera_info says {said}.')
+    return fine('camera_info is there and has the size of the pictures.')
+
+
+def _pairs(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
+    """Every colour picture with a depth picture of its time, and the other way round."""
+    colour, depth = _of(facts, COLOUR, ('rgb8',)), _of(facts, DEPTH, ('16UC1', '32FC1'))
+    if colour is None and depth is None:
+        return fine('No camera is recorded.')
+    if colour is None or depth is None:
+        lone = colour or depth
+        assert lone is not None
+        return fail(f'{lone.topic.name} is there without its other half, colour or depth.')
+    alone = _alone(colour.times, depth.times), _alone(depth.times, colour.times)
+    if any(alone):
+        return fail(
+            f'{alone[0]} of {len(colour.stamps)} colour pictures have no depth, '
+            f'{alone[1]} of {len(depth.stamps)} depth pictures no colour.'
+        )
+    return fine(f'{len(colour.stamps)} pairs of colour and depth, none alone.')
+
+
+def _of(facts: Sequence[TopicFacts], name: str, encodings: Sequence[str]) -> TopicFacts | None:
+    """The topic of the cell's name, else the one with most pictures of such an encoding."""
+    there = [f for f in facts if f.is_image and f.encodings & set(encodings)]
+    named = [f for f in there if bare(f.topic.name) == name]
+    return max(named or there, key=lambda f: len(f.stamps), default=None)
+
+
+def _alone(times: NDArray[np.int64], others: NDArray[np.int64]) -> int:
+    """How many of these times have none of the others near."""
+    others = np.sort(others)
+    at = np.searchsorted(others, times)
+    before = np.abs(times - others[np.clip(at - 1, 0, len(others) - 1)])
+    after = np.abs(times - others[np.clip(at, 0, len(others) - 1)])
+    return int((np.minimum(before, after) > _TOGETHER).sum())
+
+
+def _pictures(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
+    """One size and encoding a topic."""
+    images = [f for f in facts if f.is_image and f.shapes]
+    for fact in images:
+        if len(fact.shapes) > 1 or len(fact.encodings) > 1:
+            seen = [f'{h}x{w}' for h, w in sorted(fact.shapes)] + sorted(fact.encodings)
+            return fail(f'{fact.topic.name} changes its size or encoding: {", ".join(seen)}.')
+    if not images:
+        return fine('No camera is recorded.')
+    return fine('Pictures keep their size and encoding.')
+
+
+CAMERA_CHECKS: dict[str, Callable[[Bag, Sequence[TopicFacts]], Verdict]] = {
+    'camera topics': _camera,
+    'camera info': _info,
+    'rgb-d pairs': _pairs,
+    'pictures': _pictures,
+}

@@ -1,0 +1,21 @@
+from setuptools import find_packages, setup
+
+package = 'likeme_bags'
+
+setup(
+    name=package,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+    ],
+    install_requires=['setuptools'],
+    zip_safe=False,
+    maintainer='LikeMe maintainers',
+    maintainer_email='maintainers@likeme.invalid',
+    description='Recorded files: reading any bag, mending, cutting, checking and exporting it.',
+    license='Apache-2.0',
+    extras_require={'test': ['pytest']},
+    entry_points={'console_scripts': ['bag = likeme_bags.bag_console:main']},
+)

@@ -1,0 +1,156 @@
+"""Pictures come out as they went in, whatever transport they took."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from likeme_bags.errors import BagError
+from likeme_bags.images import COMPRESSED, IMAGE, DecodedImage, decode_image, image_record
+from likeme_bags.samples import text_record
+from likeme_bags.typestores import jazzy
+from likeme_bags.values import Record
+
+RNG = np.random.default_rng(3)
+COLOUR = RNG.integers(0, 256, (24, 32, 3), np.uint8)
+DEPTH = RNG.integers(0, 4000, (24, 32), np.uint16)
+
+
+def header() -> object:
+    types = jazzy().types
+    return types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](3, 5), 'optical')
+
+
+def raw(encoding: str, data: bytes, step: int, width: int = 32, big: int = 0) -> Record:
+    pixels = np.frombuffer(data, np.uint8)
+    message = jazzy().types[IMAGE](header(), 24, width, encoding, big, step, pixels)
+    return Record('/camera', IMAGE, 9, bytes(jazzy().serialize_cdr(message, IMAGE)))
+
+
+def compressed(form: str, data: bytes) -> Record:
+    message = jazzy().types[COMPRESSED](header(), form, np.frombuffer(data, np.uint8))
+    return Record('/camera/c', COMPRESSED, 9, bytes(jazzy().serialize_cdr(message, COMPRESSED)))
+
+
+def png(image: NDArray[np.generic]) -> bytes:
+    return bytes(cv2.imencode('.png', image)[1])
+
+
+def test_raw_encodings() -> None:
+    wide = np.concatenate([COLOUR, np.full((24, 32, 1), 255, np.uint8)], axis=2)
+    cases = {
+        'rgb8': (COLOUR, 'rgb8', COLOUR),
+        'bgr8': (COLOUR[:, :, ::-1], 'rgb8', COLOUR),
+        'rgba8': (wide, 'rgb8', COLOUR),
+        'mono8': (COLOUR[:, :, 0], 'mono8', COLOUR[:, :, 0]),
+        '16UC1': (DEPTH, '16UC1', DEPTH),
+        'mono16': (DEPTH, '16UC1', DEPTH),
+        '32FC1': (DEPTH.astype(np.float32), '32FC1', DEPTH.astype(np.float32)),
+    }
+    for encoding, (pixels, name, expected) in cases.items():
+        pixels = np.ascontiguousarray(pixels)
+        image = decode_image(raw(encoding, pixels.tobytes(), pixels.strides[0]))
+        assert (image.stamp, image.frame_id, image.encoding) == (3 * 10**9 + 5, 'optical', name)
+        np.testing.assert_array_equal(image.pixels, expected)
+
+
+def test_padded_rows_and_big_endian() -> None:
+    padded = np.zeros((24, 40), np.uint16)
+    padded[:, :32] = DEPTH
+    image = decode_image(raw('16UC1', padded.astype('>u2').tobytes(), 80, big=1))
+    np.testing.assert_array_equal(image.pixels, DEPTH)
+
+
+def test_bayer_has_its_colours_in_the_right_place() -> None:
+    """A red surface, as a sensor with red in the corner sees it."""
+    mosaic = np.zeros((24, 32), np.uint8)
+    mosaic[::2, ::2] = 200
+    image = decode_image(raw('bayer_rggb8', mosaic.tobytes(), 32))
+    assert image.encoding == 'rgb8'
+    np.testing.assert_array_equal(image.pixels[8, 8], (200, 0, 0))
+
+
+def test_compressed_colour() -> None:
+    bgr = np.ascontiguousarray(COLOUR[:, :, ::-1])
+    image = decode_image(compressed('rgb8; png compressed bgr8', png(bgr)))
+    np.testing.assert_array_equal(image.pixels, COLOUR)
+    smooth = np.full((24, 32, 3), (200, 60, 20), np.uint8)
+    jpeg = bytes(cv2.imencode('.jpg', np.ascontiguousarray(smooth[:, :, ::-1]))[1])
+    seen = decode_image(compressed('jpeg', jpeg)).pixels.astype(int)
+    assert np.abs(seen - smooth).max() <= 3
+
+
+def test_compressed_depth() -> None:
+    head = struct.pack('<iff', 0, 0.0, 0.0)
+    for form in ('16UC1; compressedDepth', '16UC1; compressedDepth png'):
+        image = decode_image(compressed(form, head + png(DEPTH)))
+        assert image.encoding == '16UC1'
+        np.testing.assert_array_equal(image.pixels, DEPTH)
+    plain = decode_image(compressed('16UC1; png compressed', png(DEPTH)))
+    np.testing.assert_array_equal(plain.pixels, DEPTH)
+
+
+def test_quantised_float_depth() -> None:
+    """As compressed_depth_image_transport does it: q = A / depth + B, q = 0 for no reading."""
+    depth = RNG.uniform(0.5, 4.0, (24, 32)).astype(np.float32)
+    depth[3, 4] = np.nan
+    quantisation, far = 100.0, 10.0
+    a = quantisation * (quantisation + 1)
+    b = 1 - a / far
+    q = np.where(np.isfinite(depth), a / depth + b, 0).astype(np.uint16)
+    record = compressed('32FC1; compressedDepth', struct.pack('<iff', 0, a, b) + png(q))
+    image = decode_image(record)
+    assert image.encoding == '32FC1'
+    assert np.isnan(image.pixels[3, 4])
+    there = np.isfinite(depth)
+    # One step of the quantisation at 4 m.
+    assert np.abs(image.pixels[there] - depth[there]).max() < 4.0**2 / a * 1.1
+
+
+def test_a_record_of_a_picture_decodes_to_it() -> None:
+    for pixels, encoding in ((COLOUR, 'rgb8'), (DEPTH, '16UC1')):
+        image = DecodedImage(12345, 'cam', encoding, pixels)
+        again = decode_image(image_record('/x', 5, image))
+        assert again[:3] == image[:3]
+        np.testing.assert_array_equal(again.pixels, pixels)
+
+
+def huge_png() -> bytes:
+    """A PNG that claims 60000 x 60000 pixels in 100 bytes."""
+    body = struct.pack('>IIBBBBB', 60000, 60000, 8, 2, 0, 0, 0)
+    crc = struct.pack('>I', zlib.crc32(b'IHDR' + body))
+    return b'\x89PNG\r\n\x1a\n' + struct.pack('>I', 13) + b'IHDR' + body + crc + bytes(40)
+
+
+REFUSED = {
+    'another type': (lambda: text_record('/a', 1, 'x'), 'expected an image, got std_msgs'),
+    'an unknown encoding': (lambda: raw('yuv422', bytes(24 * 64), 64), "got 'yuv422'"),
+    'too few bytes': (lambda: raw('rgb8', bytes(100), 96), '100 bytes in all'),
+    'a step below the width': (lambda: raw('rgb8', bytes(24 * 96), 10), 'rows of 10'),
+    'too wide for its data': (lambda: raw('rgb8', bytes(96), 96, width=2**31), 'got rows of 96'),
+    'no picture': (lambda: compressed('jpeg', b'hello'), 'Expected a PNG or JPEG'),
+    'a cut picture': (lambda: compressed('png', png(COLOUR)[:200]), 'a damaged one'),
+    'a bomb': (lambda: compressed('png', huge_png()), 'pixels, got 60000x60000'),
+    'RVL': (lambda: compressed('16UC1; compressedDepth rvl', bytes(50)), 'depth as PNG'),
+    'depth without its header': (
+        lambda: compressed('16UC1; compressedDepth', bytes(3)),
+        'header of 12 bytes',
+    ),
+    'a cut message': (
+        lambda: raw('16UC1', DEPTH.tobytes(), 64)._replace(data=b'\0\1\0\0abc'),
+        'bytes that are none',
+    ),
+}
+
+
+@pytest.mark.parametrize('name', REFUSED)
+def test_refusals_name_topic_found_and_expected(name: str) -> None:
+    make, sentence = REFUSED[name]
+    with pytest.raises(BagError, match=sentence) as raised:
+        decode_image(make())
+    assert str(raised.value).startswith('/')
