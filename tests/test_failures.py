@@ -179,7 +179,6 @@ def test_scripts_without_a_cell(tmp_path: Path) -> None:
         [link, 'list'],
     )
     with Graph(tmp_path) as graph:
-        begun = time.monotonic()
         runs = [
             subprocess.Popen(
                 command, cwd=tmp_path, env=graph.env, stderr=subprocess.PIPE, text=True
@@ -187,10 +186,7 @@ def test_scripts_without_a_cell(tmp_path: Path) -> None:
             for command in commands
         ]
         said = [run.communicate(timeout=30)[1] for run in runs]
-        seconds = time.monotonic() - begun
 
     assert [run.returncode for run in runs] == [3] * len(runs)
     assert all(sentence.count('\n') == 1 for sentence in said), said
     assert 'is the cell running?' in said[0]
-    # Four at once on two cores; each gives up after less.
-    assert seconds < 15

@@ -10,7 +10,7 @@ import pytest
 
 SOURCES = Path(__file__).parents[1] / 'ros2_ws' / 'src'
 THINKING = ('likeme_arm_sim', 'likeme_inference', 'likeme_perception')
-PACKAGES = (*THINKING, 'likeme_bringup')
+PACKAGES = (*THINKING, 'likeme_bags', 'likeme_bringup')
 MODULES = sorted(
     path for package in PACKAGES for path in (SOURCES / package / package).rglob('*.py')
 )
@@ -64,6 +64,9 @@ def test_a_package_has_no_import_its_manifest_does_not_name(package: str) -> Non
     }
     keys |= {'typer': 'python3-typer', 'rich': 'python3-rich', 'matplotlib': 'python3-matplotlib'}
     keys |= {'pybullet': 'pybullet-pip', 'psutil': 'python3-psutil'}
+    keys |= {'rosbags': 'python3-rosbags-pip', 'pyarrow': 'python3-pyarrow-pip'}
+    keys |= {'lz4': 'python3-lz4'}
+    keys |= {'sklearn': 'python3-sklearn', 'sqlalchemy': 'python3-sqlalchemy'}
     keys |= {
         n: n
         for n in ours

@@ -31,7 +31,7 @@ def test_cell_yaml_is_what_the_nodes_declare(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize('name', ['arm_driver', 'perception_node', 'inference_node'])
+@pytest.mark.parametrize('name', ['arm_driver', 'perception_node', 'inference_node', 'gaze_node'])
 def test_ros_reads_it(name: str) -> None:
     written = yaml.safe_load(CELL.read_text(encoding='utf-8'))[name]['ros__parameters']
     context = rclpy.Context()

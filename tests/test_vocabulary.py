@@ -120,6 +120,9 @@ def test_every_script_has_help(script: Path) -> None:
         ('show.sh', 'likeme_bringup.callers_node', ('show',)),
         ('cell.sh', 'likeme_bringup.callers_node', ('cell', 'reset')),
         ('demo.sh', 'likeme_bringup.demo', ()),
+        ('gaze.sh', 'likeme_bringup.gaze', ()),
+        ('record.sh', 'likeme_bringup.replaying.record', ()),
+        ('replay.sh', 'likeme_bringup.replaying.replay', ()),
         ('ask_human.sh', 'likeme_inference.operator_node', ('answer',)),
     ],
 )

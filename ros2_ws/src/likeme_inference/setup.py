@@ -21,6 +21,7 @@ setup(
     entry_points={
         'console_scripts': [
             'ask_human = likeme_inference.operator_node:main',
+            'gaze_node = likeme_inference.gaze_node:main',
             'inference_node = likeme_inference.inference_node:main',
         ],
     },

@@ -6,6 +6,7 @@ import math
 import sys
 import time
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import rclpy
@@ -17,11 +18,21 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Header
 
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
+from likeme_inference.experience.database import StoreError
 from likeme_inference.help_desk import AnswerRefusedError, HelpDesk
-from likeme_inference.node_settings import NUMBERS, OTHERS, read_model, read_settings
+from likeme_inference.node_settings import (
+    NUMBERS,
+    OTHERS,
+    READ_ONLY,
+    open_experience,
+    read_model,
+    read_settings,
+)
+from likeme_inference.rehearsal import Cue, Input, Rehearsal
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import help_request
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -37,8 +48,8 @@ from likeme_inference.tabletop.values import (
 from likeme_msgs.msg import Decision as DecisionMsg
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import GoalBelief as GoalBeliefMsg
+from likeme_msgs.msg import Heard, TableState
 from likeme_msgs.msg import Outcome as OutcomeMsg
-from likeme_msgs.msg import TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -48,6 +59,8 @@ WATCH_PERIOD = 0.1
 THROTTLE = 5.0
 CAMERA_SILENCE = 2.0
 RECENT = 10.0
+#: What a recorded input other than a topic's message carries.
+HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'message')
 
 
 class InferenceNode(Node):
@@ -56,20 +69,30 @@ class InferenceNode(Node):
     Subscribes:
         demonstration (Demonstration, reliable 10): what a person showed
         table_state (TableState, reliable 1): where things are, settled or not
+        hear_again (Heard, reliable 100): what to take in next, while `replayed`
     Publishes:
         goal_belief (GoalBelief), decision (Decision), outcome (Outcome): each reliable, transient
             local, depth 1
+        heard (Heard, reliable 100): each thing the session took in
         /diagnostics (DiagnosticArray): 1 Hz, by the steady clock
     Service:
         ask_human (AskHuman): list what is pending, answer it
     Client:
-        arm/execute_action (ExecuteAction): once a decision, never repeated
+        arm/execute_action (ExecuteAction): once a decision, never repeated; a further try after
+            a miss (sequential mode) is a further decision
     Parameters, all taken up by the next decision:
-        mode: trajectory, goal_based or interactive
+        mode: trajectory, goal_based, interactive or sequential
+        policy: direct or explored
+        action_budget: actions the sequential mode may spend on one demonstration
+        soft_evidence: whether perception's probabilities of x_i and x_f count
         goal_prior: p(LEFT), p(RIGHT), p(OFFTABLE) before anything is shown
         model_file: path of a model file; empty: the shipped one
-        and help_threshold, turn_timeout, turn_delay, outcome_timeout, action_timeout, arm_wait:
-            see node_settings
+        experience_store, learn_from_outcomes, robot: executed imitations are experience too; the
+            store and the name are taken at the start
+        replayed: the session starts anew and hears arm and operator from a recording alone, see
+            rehearsal; the arm is never called
+        and help_threshold, concentration, turn_timeout, turn_delay, outcome_timeout,
+            action_timeout, arm_wait: see node_settings
     """
 
     def __init__(self) -> None:
@@ -78,14 +101,19 @@ class InferenceNode(Node):
         values = self._parameter_values()
         model = read_model(values['model_file'])
         self._proposed_model: RobotModel | None = None
+        self._experience = open_experience(values, model)
+        if self._experience is not None:
+            model = self._experience.model
         self._session = ImitationSession(model, read_settings(values))
         self._desk = HelpDesk()
+        self._rehearsal = Rehearsal(values['replayed'])
         self._counts: Counter[str] = Counter()
         self._camera_heard = time.monotonic()
         self._dropped_at = -math.inf
         self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
         self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
+        self._heard_pub = self.create_publisher(Heard, 'heard', 100)
         self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._arm = ArmCall(
             self.create_client(ExecuteAction, 'arm/execute_action'),
@@ -95,8 +123,11 @@ class InferenceNode(Node):
             values['arm_wait'],
             values['action_timeout'],
         )
-        self.create_subscription(DemonstrationMsg, 'demonstration', self._on_demonstration, 10)
-        self.create_subscription(TableState, 'table_state', self._on_table_state, 1)
+        demonstrations = self._at_its_cue(Input.DEMONSTRATION, self._on_demonstration)
+        self.create_subscription(DemonstrationMsg, 'demonstration', demonstrations, 10)
+        table_states = self._at_its_cue(Input.TABLE_STATE, self._on_table_state)
+        self.create_subscription(TableState, 'table_state', table_states, 1)
+        self.create_subscription(Heard, 'hear_again', self._on_cue, 100)
         self.create_service(AskHuman, 'ask_human', self._on_ask_human)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
@@ -116,7 +147,8 @@ class InferenceNode(Node):
             )
             self.declare_parameter(name, float(number.default), descriptor)
         for name, (default, description) in OTHERS.items():
-            self.declare_parameter(name, default, ParameterDescriptor(description=description))
+            descriptor = ParameterDescriptor(description=description, read_only=name in READ_ONLY)
+            self.declare_parameter(name, default, descriptor)
 
     def _parameter_values(self) -> dict[str, Any]:
         return {name: self.get_parameter(name).value for name in [*NUMBERS, *OTHERS]}
@@ -125,7 +157,13 @@ class InferenceNode(Node):
         new = {p.name: p.value for p in parameters}
         self._proposed_model = None
         try:
+            if 'replayed' in new and self._arm.busy:
+                raise ValueError('Expected no motion under way when a replay begins or ends.')
             read_settings({**self._parameter_values(), **new})
+            if 'model_file' in new and self._experience is not None:
+                raise ValueError(
+                    'Expected the model_file to stay while experience is added to it.'
+                )
             if 'model_file' in new:
                 self._proposed_model = read_model(new['model_file'])
         except ValueError as error:
@@ -137,31 +175,42 @@ class InferenceNode(Node):
         values = self._parameter_values()
         self._session.settings = read_settings(values)
         self._arm.arm_wait, self._arm.action_timeout = values['arm_wait'], values['action_timeout']
+        if any(p.name == 'replayed' for p in parameters):
+            self._begin_anew(values['replayed'])
         if self._proposed_model is not None:
             self._session.model, self._proposed_model = self._proposed_model, None
         changed = ', '.join(f'{p.name} = {p.value!r}' for p in parameters)
         self.get_logger().info(f'From the next decision on: {changed}.')
+
+    def _begin_anew(self, replayed: bool) -> None:
+        self._session = ImitationSession(self._session.model, self._session.settings)
+        self._desk, self._counts = HelpDesk(), Counter()
+        self._rehearsal.begin(replayed)
 
     def _on_demonstration(self, msg: DemonstrationMsg) -> None:
         try:
             demo = messages.read_demonstration(msg, self._session.model.objects)
         except ValueError as error:
             self._drop('demonstrations', error)
+            self._publish_heard(Input.DEMONSTRATION, header=msg.header, refused=True)
             return
         self._counts['demonstrations'] += 1
         self._tell(self._session.observe_demonstration(demo))
         self._tell(self._session.look_again())
+        self._publish_heard(Input.DEMONSTRATION, header=msg.header)
 
     def _on_table_state(self, msg: TableState) -> None:
         try:
             view = messages.read_table(msg)
         except ValueError as error:
             self._drop('table states', error)
+            self._publish_heard(Input.TABLE_STATE, header=msg.header, refused=True)
             return
         if view.stamp > self._session.last_view:
             self._camera_heard = time.monotonic()
         self._counts['table states'] += 1
         self._tell(self._session.look(view))
+        self._publish_heard(Input.TABLE_STATE, header=msg.header)
 
     def _drop(self, what: str, error: ValueError) -> None:
         self._counts[f'{what} dropped'] += 1
@@ -184,11 +233,34 @@ class InferenceNode(Node):
         elif isinstance(event, Outcome):
             self._outcome_pub.publish(messages.outcome_msg(event))
             self._counts[f'outcomes {event.result.name}'] += 1
+            self._learn(event)
+        if not isinstance(event, Remark):
+            self._counts['events'] += 1
         self.get_logger().info(event.sentence)
         if isinstance(event, Decision) and event.kind is Kind.ASK_HUMAN:
             self._desk.add(help_request(event))
         elif isinstance(event, Decision) and event.kind is Kind.EXECUTE:
             self._act(event)
+
+    def _learn(self, outcome: Outcome) -> None:
+        """Keep what was done in earnest, and decide by it from now on."""
+        decision = self._session.decision
+        learns = self._learns and not self._rehearsal.on
+        if self._experience is None or decision is None or not learns:
+            return
+        try:
+            model = self._experience.record_outcome(decision, outcome)
+        except StoreError as error:
+            self._counts['outcomes not kept'] += 1
+            self.get_logger().warning(f'This outcome is not kept as experience: {error}')
+            return
+        if model is not None:
+            self._session.model = model
+            self._counts['outcomes learned from'] += 1
+
+    @property
+    def _learns(self) -> bool:
+        return bool(self.get_parameter('learn_from_outcomes').value)
 
     def _act(self, decision: Decision) -> None:
         """Call the arm, once.
@@ -196,6 +268,8 @@ class InferenceNode(Node):
         The time to start in counts from the newest table state: camera and arm share their clock,
         be it simulated or not, and what was seen too long ago is nothing to act on.
         """
+        if self._rehearsal.on:
+            return
         action = decision.action
         assert action is not None, 'Only actions are executed.'
 
@@ -210,6 +284,7 @@ class InferenceNode(Node):
         if report.outcome is not None:
             self.get_logger().info(f'The arm says: {report.message}')
         self._tell(self._session.motion_finished(report))
+        self._publish_heard(Input.MOTION, **messages.motion_fields(report))
 
     def _on_late_answer(self, report: MotionReport) -> None:
         self.get_logger().warning(f'Too late, ignored: the arm says: {report.message}')
@@ -234,16 +309,21 @@ class InferenceNode(Node):
             raise AnswerRefusedError(
                 f'Expected command 0 LIST or 1 ANSWER, got {request.command}.'
             )
+        if self._rehearsal.on:
+            raise AnswerRefusedError('This is a replay: the recorded operator answers.')
         answer = self._desk.answer(request.request_id, request.answer, request.answered_by)
         self._camera_heard = time.monotonic()
         self.get_logger().info(answer.sentence)
         self._tell(self._session.answered(answer.reply))
+        self._publish_heard(Input.ANSWER, answer=int(answer.reply), message=answer.answered_by)
         if answer.reply is Reply.TRY_ANYWAY and self._session.decision is not None:
             self._act(self._session.decision)
         return answer.sentence
 
     def _watch(self) -> None:
         """Give up an arm or a camera that is not heard of in time."""
+        if self._rehearsal.on:
+            return
         now = time.monotonic()
         self._arm.poll(now)
         silent = now - self._camera_heard
@@ -251,6 +331,52 @@ class InferenceNode(Node):
             silent > self._session.settings.outcome_timeout
         ):
             self._tell(self._session.nothing_seen())
+            self._publish_heard(Input.SILENCE)
+
+    def _publish_heard(self, kind: Input, **fields: Any) -> None:
+        self._counts['inputs'] += 1
+        if 'header' not in fields:
+            fields['header'] = Header(stamp=messages.time_msg(self._session.last_view))
+        number, events = self._counts['inputs'], self._counts['events']
+        self._heard_pub.publish(Heard(kind=int(kind), number=number, events=events, **fields))
+
+    def _at_its_cue(self, kind: Input, take: Callable[[Any], None]) -> Callable[[Any], None]:
+        return self._rehearsal.gate(
+            kind, lambda msg: messages.stamp_ns(msg.header.stamp), take, self._rehearse
+        )
+
+    def _on_cue(self, cue: Heard) -> None:
+        if self._rehearsal.on and cue.kind in set(Input):
+            stamp = messages.stamp_ns(cue.header.stamp)
+            self._rehearsal.add(Cue(Input(cue.kind), stamp, cue))
+            self._rehearse()
+
+    def _rehearse(self) -> None:
+        """Take in what it is the turn of."""
+        for cue, msg in self._rehearsal.ready():
+            if cue.kind is Input.TABLE_STATE:
+                self._on_table_state(msg)
+            elif cue.kind is Input.DEMONSTRATION:
+                self._on_demonstration(msg)
+            else:
+                self._hear_again(cue.kind, cue.said)
+
+    def _hear_again(self, kind: Input, said: Heard) -> None:
+        """Hear what arm or operator said in the recorded run, or that nobody did."""
+        fields = {name: getattr(said, name) for name in HEARD_FIELDS}
+        try:
+            if kind is Input.MOTION:
+                self._tell(self._session.motion_finished(messages.heard_motion(said)))
+            elif kind is Input.SILENCE:
+                self._tell(self._session.nothing_seen())
+            elif kind is Input.ANSWER:
+                self._tell(self._session.answered(messages.heard_reply(said)))
+                assert self._session.decision is not None, 'An answer needs a question.'
+                self._desk.answer(self._session.decision.id, said.answer, said.message or '?')
+        except ValueError as error:
+            self.get_logger().warning(f'The recording does not fit what came of it here: {error}')
+            fields['refused'] = True
+        self._publish_heard(kind, **fields)
 
     def _publish_diagnostics(self) -> None:
         now = time.monotonic()
@@ -289,7 +415,7 @@ def main() -> int:
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
-    except (ValueError, ParameterException) as error:
+    except (ValueError, StoreError, ParameterException) as error:
         if node is not None:
             raise
         print(f'inference_node does not start: {error}', file=sys.stderr)  # noqa: T201

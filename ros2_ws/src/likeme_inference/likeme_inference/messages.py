@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Sequence
 from enum import IntEnum
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
@@ -19,13 +19,14 @@ from likeme_inference.tabletop.values import (
     Motion,
     MotionReport,
     Outcome,
+    Reply,
     TableView,
 )
 from likeme_msgs.msg import Decision as DecisionMsg
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import GoalBelief as GoalBeliefMsg
+from likeme_msgs.msg import Heard, ObjectState, TableState
 from likeme_msgs.msg import HelpRequest as HelpRequestMsg
-from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.msg import Outcome as OutcomeMsg
 from likeme_msgs.srv import ExecuteAction
 
@@ -94,6 +95,8 @@ def read_demonstration(msg: DemonstrationMsg, known: Container[str]) -> Demonstr
         manner=_number(Manner, msg.manner, 'manner'),
         start=start,
         end=end,
+        x_i_probability=tuple(msg.x_i_probability),
+        x_f_probability=tuple(msg.x_f_probability),
     )
 
 
@@ -117,6 +120,28 @@ def read_motion(answer: ExecuteAction.Response) -> MotionReport:
         message = f'expected an outcome from 0 to {max(Motion)}, got {answer.outcome}.'
         return MotionReport(None, message)
     return MotionReport(Motion(answer.outcome), answer.message, stamp_ns(answer.finished))
+
+
+def motion_fields(report: MotionReport) -> dict[str, Any]:
+    """The fields of Heard that say what became of a call to the arm."""
+    outcome = NONE if report.outcome is None else int(report.outcome)
+    finished = time_msg(report.finished)
+    return {'motion_outcome': outcome, 'finished': finished, 'message': report.message}
+
+
+def heard_motion(said: Heard) -> MotionReport:
+    """Read those fields."""
+    outcome = Motion(said.motion_outcome) if said.motion_outcome in set(Motion) else None
+    return MotionReport(outcome, said.message, stamp_ns(said.finished))
+
+
+def heard_reply(said: Heard) -> Reply:
+    """Read a recorded answer.
+
+    Raises:
+        ValueError: it is no Reply.
+    """
+    return _number(Reply, said.answer, 'answer')
 
 
 def execute_request(name: str, action: Action, expires: int) -> ExecuteAction.Request:
@@ -155,7 +180,11 @@ def decision_msg(decision: Decision) -> DecisionMsg:
         success_probability=decision.success_probability,
         predicted=decision.predicted,
         predicted_success=decision.predicted_success,
+        actions_left=decision.actions_left,
+        plan_success=decision.plan_success,
+        plan_value=decision.plan_value,
         threshold=decision.threshold,
+        policy=str(decision.policy),
         model=decision.model,
         sentence=decision.sentence,
     )

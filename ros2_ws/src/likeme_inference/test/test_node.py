@@ -10,10 +10,12 @@ from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
 from likeme_inference import messages
+from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Manner, Mode, State
+from likeme_inference.tabletop.domain import TABLETOP, Manner, Mode, Policy, State
 from likeme_inference.tabletop.imitation import Settings, believe, decide
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.planning import plan
 from likeme_inference.tabletop.values import TableView
 from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome
 from likeme_msgs.srv import AskHuman
@@ -78,8 +80,9 @@ def test_twelve_demonstrations(tmp_path: Path, mode: Mode) -> None:
             outcome = graph.until(lambda: heard.outcomes, 10, 'an outcome').pop()
 
             value = messages.read_demonstration(demo, shipped().objects)
-            assert belief == messages.belief_msg(believe(shipped(), (1 / 3,) * 3, value))
+            assert belief == messages.belief_msg(believe(shipped(), Settings(), value))
             assert decision == expected_decision(demo, mode, decision)
+            # Once, the pear is worth asking for; with three actions it is worth trying.
             asked = mode is Mode.INTERACTIVE and (name, x_i, x_f) == ('pear', R, L)
             assert decision.kind == (Kind.ASK_HUMAN if asked else Kind.EXECUTE)
             assert [r.action for r in arm.requests] == ([] if asked else [decision.action])
@@ -87,6 +90,95 @@ def test_twelve_demonstrations(tmp_path: Path, mode: Mode) -> None:
             assert outcome.actor == (Outcome.HUMAN if asked else Outcome.ROBOT)
         assert process.stop() == 0
         assert 'Traceback' not in process.said
+
+
+def test_sequential_mode_tries_again_and_asks_when_its_actions_are_spent(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        process = graph.start(
+            'likeme_inference.inference_node', mode='sequential', action_budget=2
+        )
+        camera = Camera(graph)
+        arm, heard = Arm(graph, camera), Listener(graph)
+        arm.lands = R
+        first = imitate(graph, camera, heard, camera.show('lemon', R, L))
+        graph.until(lambda: len(heard.outcomes) == 2, 20, 'two outcomes')
+        again, asking = graph.until(lambda: len(heard.decisions) == 2 and heard.decisions, 10, '3')
+        camera.states['lemon'] = int(L)
+        assert answer(graph, asking.id, AskHuman.Request.DONE_BY_HAND).success
+        graph.until(lambda: len(heard.outcomes) == 3, 10, 'the last outcome')
+
+        decisions = [first, again, asking]
+        assert [d.kind for d in decisions] == [Kind.EXECUTE, Kind.EXECUTE, Kind.ASK_HUMAN]
+        assert [d.actions_left for d in decisions] == [2, 1, 0]
+        assert [d.id for d in decisions] == [2, 3, 4]
+        lemon = shipped().goal_model('lemon')
+        best = plan(lemon.transition, lemon.goals[L] > 0, 2, TABLETOP.stuck)
+        assert [d.plan_value for d in decisions] == best.value[::-1, R].tolist()
+        assert [o.result for o in heard.outcomes] == [
+            Outcome.MISSED, Outcome.MISSED, Outcome.REACHED,
+        ]  # fmt: skip
+        assert [r.action for r in arm.requests] == [d.action for d in decisions[:2]]
+        assert process.stop() == 0
+
+
+@pytest.mark.parametrize('policy', Policy)
+def test_policy_prior_and_soft_evidence_reach_the_decision(tmp_path: Path, policy: Policy) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node', policy=policy, concentration=0.09)
+        camera = Camera(graph)
+        heard = Listener(graph)
+        demo = camera.show('lemon', L, R)
+        graph.until(lambda: heard.beliefs, 20, 'the first belief')
+        demo.x_i_probability, demo.x_f_probability = [0.8, 0.2, 0.0], [0.1, 0.7, 0.2]
+        camera.send(demo)
+        got = graph.until(lambda: len(heard.beliefs) == 2 and heard.beliefs[1], 20, 'two beliefs')
+
+        value = messages.read_demonstration(demo, shipped().objects)
+        model = shipped().goal_model('lemon', policy=policy, concentration=0.09)
+        settings = Settings(policy=policy, concentration=0.09)
+        assert got == messages.belief_msg(believe(shipped(), settings, value))
+        expected = model.goal_posterior([0.8, 0.2, 0.0], [0.1, 0.7, 0.2])
+        assert list(got.posterior) == expected.tolist()
+        assert expected.tolist() != model.goal_posterior(L, R).tolist()
+
+
+@pytest.mark.parametrize('learns', [True, False])
+def test_outcomes_are_experience(tmp_path: Path, learns: bool) -> None:
+    """PUSH_LEFT of the lemon worked 6 of 10 times; after a miss the next decision knows it."""
+    store = tmp_path / 'experience.sqlite'
+    with Graph(tmp_path) as graph:
+        settings = {'experience_store': str(store), 'learn_from_outcomes': learns}
+        process = graph.start('likeme_inference.inference_node', mode='goal_based', **settings)
+        camera = Camera(graph)
+        arm, heard = Arm(graph, camera), Listener(graph)
+        arm.lands = R
+        decisions = []
+        for _ in range(2):
+            camera.show('lemon', R, L)
+            graph.until(lambda: heard.beliefs, 20, 'a belief').pop()
+            graph.until(lambda: heard.decisions, 10, 'AT_GOAL')
+            heard.decisions.clear()
+            camera.show('lemon', L, R)
+            decisions.append(graph.until(lambda: heard.decisions, 10, 'a decision').pop())
+            graph.until(lambda: heard.outcomes, 10, 'an outcome').pop()
+        assert process.stop() == 0
+
+    assert decisions[0].predicted_success == 0.6
+    assert decisions[1].predicted_success == pytest.approx(6 / 11 if learns else 0.6)
+    assert (decisions[1].model != decisions[0].model) == learns
+    kept = ExperienceStore(str(store), create=False).tallies()
+    assert sum(tally.trials for tally in kept) == (2 if learns else 0)
+
+
+def test_a_store_that_is_none_is_refused_at_the_start(tmp_path: Path) -> None:
+    (tmp_path / 'notes.txt').write_text('Not a database, and it stays as it is.')
+    with Graph(tmp_path) as graph:
+        place = str(tmp_path / 'notes.txt')
+        process = graph.start('likeme_inference.inference_node', experience_store=place)
+
+        assert process.wait(20) == 1
+        assert 'inference_node does not start' in process.said
+        assert 'expected an SQLite database' in process.said
 
 
 def test_answers_and_their_refusals(tmp_path: Path) -> None:

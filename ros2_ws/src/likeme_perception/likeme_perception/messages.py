@@ -16,7 +16,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
-from likeme_msgs.msg import ObjectState, TableState
+from likeme_msgs.msg import FrameDone, ObjectState, TableState
 from likeme_perception.frame_counts import Rate
 from likeme_perception.node_settings import Setting
 from likeme_perception.observation import Demonstration, ObjectObservation, TableObservation
@@ -123,6 +123,16 @@ def demonstration(act: Demonstration, header: Header) -> DemonstrationMsg:
         rise=act.rise,
         start=time_of(act.start),
         end=time_of(act.end),
+    )
+
+
+def frame_read(table: TableObservation, header: Header) -> FrameDone:
+    """FrameDone of a frame that was read, after what it led to was published."""
+    return FrameDone(
+        header=header,
+        kind=FrameDone.READ,
+        table_state=table.learned,
+        demonstrations=len(table.demonstrations),
     )
 
 

@@ -21,7 +21,7 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, Image
 from visualization_msgs.msg import MarkerArray
 
-from likeme_msgs.msg import Demonstration, TableState
+from likeme_msgs.msg import Demonstration, FrameDone, TableState
 from likeme_perception import messages
 from likeme_perception.errors import FrameError, NoDepthError
 from likeme_perception.frame_counts import FrameCounts, Throttle
@@ -43,6 +43,7 @@ class PerceptionNode(Node):
     | --- | --- | --- |
     | table_state | likeme_msgs/TableState | per frame, once the background is known |
     | demonstration | likeme_msgs/Demonstration | one human act, when it is complete |
+    | frame_done | likeme_msgs/FrameDone | each frame and camera_info, when it is done with |
     | table_markers | visualization_msgs/MarkerArray | 5 Hz while anybody listens |
     | table_overlay | sensor_msgs/Image | the image with it drawn in, 2 Hz if heard |
     | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz: rate, latency, drops |
@@ -73,6 +74,7 @@ class PerceptionNode(Node):
 
         self._table_pub = self.create_publisher(TableState, 'table_state', 1)
         self._demonstration_pub = self.create_publisher(Demonstration, 'demonstration', 10)
+        self._done_pub = self.create_publisher(FrameDone, 'frame_done', 100)
         self._marker_pub = self.create_publisher(MarkerArray, 'table_markers', 1)
         self._overlay_pub = self.create_publisher(Image, 'table_overlay', 1)
         self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -115,6 +117,7 @@ class PerceptionNode(Node):
             return
         if intrinsics != self._intrinsics:
             self._intrinsics, self._perception = intrinsics, None
+        self._done_pub.publish(FrameDone(header=info.header, kind=FrameDone.CAMERA_INFO))
 
     def _on_image(self, stream: int, image: Image) -> None:
         alone = self._pairing.alone
@@ -129,13 +132,13 @@ class PerceptionNode(Node):
         begin = time.perf_counter()
         order = self._order.take(messages.nanoseconds(depth.header.stamp))
         if order == 'older':
-            self._drop('older than the last', 'a frame is older than the one before it')
+            self._refuse(depth, 'older than the last', 'a frame is older than the one before it')
             return
         if order == 'restart' and self._perception is not None:
             self._perception.reset_tracking()
             self.get_logger().info('Stamps went back: a new start. Objects are tracked anew.')
         if self._intrinsics is None:
-            self._drop('no camera_info', 'no camera_info has come yet')
+            self._refuse(depth, 'no camera_info', 'no camera_info has come yet')
             return
         try:
             frame = messages.frame_of(colour, depth)
@@ -143,12 +146,18 @@ class PerceptionNode(Node):
                 raise NoDepthError(f'Expected depth readings, got 0 of {frame.depth.size}.')
             table = self._process(frame, self._intrinsics)
         except (ValueError, cv2.error) as error:
-            self._drop(getattr(error, 'reason', FrameError.reason), str(error))
+            self._refuse(depth, getattr(error, 'reason', FrameError.reason), str(error))
             return
         if table.learned:
             self._publish(table, frame, depth)
+        self._done_pub.publish(messages.frame_read(table, depth.header))
         latency = (self.get_clock().now().nanoseconds - frame.stamp) * 1e-9
         self.counts.read(time.perf_counter() - begin, latency)
+
+    def _refuse(self, depth: Image, reason: str, sentence: str) -> None:
+        self._drop(reason, sentence)
+        refused = FrameDone(header=depth.header, kind=FrameDone.REFUSED, reason=sentence)
+        self._done_pub.publish(refused)
 
     def _process(self, frame: RgbdFrame, intrinsics: Intrinsics) -> TableObservation:
         if self._perception is None:

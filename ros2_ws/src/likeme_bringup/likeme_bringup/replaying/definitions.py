@@ -1,0 +1,103 @@
+"""Message definitions by type name: ROS's own from `rosbags`, others from installed packages."""
+
+from __future__ import annotations
+
+import re
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from likeme_bags.errors import LIBRARY_ERRORS
+
+
+class UnknownTypeError(ValueError):
+    """A type that no installed package defines, in one sentence."""
+
+
+class Definition(NamedTuple):
+    """What a bag embeds of a type: the text with all it is made of, and its RIHS01 hash."""
+
+    text: str
+    digest: str
+
+
+class Definitions:
+    """A type store that grows by the packages that are asked for."""
+
+    def __init__(self) -> None:
+        self.store: Typestore = get_typestore(Stores.ROS2_JAZZY)
+        self._read: set[str] = set()
+
+    def of(self, msgtype: str) -> Definition:
+        """The definition of 'package/msg/Name'.
+
+        Raises:
+            UnknownTypeError: no installed package has it.
+        """
+        self.know(msgtype)
+        text, _ = self.store.generate_msgdef(msgtype, ros_version=2)
+        return Definition(text, self.store.hash_rihs01(msgtype))
+
+    def know(self, msgtype: str) -> None:
+        """Make sure that a type can be read and written.
+
+        Raises:
+            UnknownTypeError: no installed package has it.
+        """
+        if msgtype not in self.store.fielddefs:
+            self._read_package(msgtype.partition('/')[0])
+        if msgtype not in self.store.fielddefs:
+            raise UnknownTypeError(
+                f'Expected a message type of an installed package, got {msgtype!r}.'
+            )
+
+    def read(self, data: bytes, msgtype: str) -> Any:
+        """The message in CDR bytes.
+
+        Raises:
+            ValueError: they are none of this type, or nobody knows the type.
+        """
+        self.know(msgtype)
+        try:
+            return self.store.deserialize_cdr(data, msgtype)
+        except LIBRARY_ERRORS:
+            raise ValueError(f'Expected a {msgtype}, got {len(data)} other bytes.') from None
+
+    def write(self, message: Any) -> bytes:
+        """The CDR bytes of a message."""
+        return bytes(self.store.serialize_cdr(message, message.__msgtype__))
+
+    def make(self, msgtype: str, **fields: Any) -> Any:
+        """A message; every field has to be given."""
+        self.know(msgtype)
+        return self.store.types[msgtype](**fields)
+
+    def _read_package(self, package: str) -> None:
+        if package in self._read:
+            return
+        self._read.add(package)
+        try:
+            folder = Path(get_package_share_directory(package)) / 'msg'
+        except (PackageNotFoundError, ValueError):
+            return
+        texts = {f'{package}/msg/{p.stem}': p.read_text('utf-8') for p in folder.glob('*.msg')}
+        for text in texts.values():
+            for other in re.findall(r'^\s*(\w+)/\w+', text, re.MULTILINE):
+                if not any(name.startswith(f'{other}/') for name in self.store.fielddefs):
+                    self._read_package(other)
+        known = {n: d for name, text in texts.items() for n, d in _types(text, name).items()}
+        self.store.register({n: d for n, d in known.items() if n not in self.store.fielddefs})
+
+
+def _types(text: str, name: str) -> dict[str, Any]:
+    return dict(get_types_from_msg(text, name))
+
+
+@lru_cache(maxsize=1)
+def definitions() -> Definitions:
+    """The one store of this process."""
+    return Definitions()

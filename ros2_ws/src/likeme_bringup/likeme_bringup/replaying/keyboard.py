@@ -1,0 +1,49 @@
+"""Single keys from a terminal, without Enter; from a pipe, as they come."""
+
+from __future__ import annotations
+
+import os
+import select
+import sys
+import termios
+import tty
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+
+@contextmanager
+def keyboard() -> Iterator[Callable[[], str]]:
+    """Yield a function that gives the keys pressed since it was called last.
+
+    While it is open a terminal does not wait for lines; Ctrl-C works as ever.
+    """
+    source = _descriptor()
+    if source is None:
+        yield lambda: ''
+        return
+    before = termios.tcgetattr(source) if os.isatty(source) else None
+    if before is not None:
+        tty.setcbreak(source)
+    ended = False
+
+    def keys() -> str:
+        nonlocal ended
+        if ended or not select.select([source], [], [], 0)[0]:
+            return ''
+        pressed = os.read(source, 64)
+        ended = not pressed
+        return pressed.decode('utf-8', 'replace')
+
+    try:
+        yield keys
+    finally:
+        if before is not None:
+            termios.tcsetattr(source, termios.TCSADRAIN, before)
+
+
+def _descriptor() -> int | None:
+    """Standard input, if there is one."""
+    try:
+        return None if sys.stdin is None else sys.stdin.fileno()
+    except (OSError, ValueError):
+        return None

@@ -1,0 +1,69 @@
+"""Perception and inference started for one replay, and ended with it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from likeme_bringup.one_cell import is_free
+from likeme_bringup.start_cell import Part
+from likeme_bringup.supervisor import die_with_parent
+
+PARTS = Part.PERCEPTION, Part.INFERENCE
+#: s in which they must have ended.
+GRACE = 20.0
+
+
+def nodes_run_on(domain: int) -> bool:
+    """Whether perception or inference runs on a ROS domain of this host already."""
+    return not is_free(domain, PARTS)
+
+
+@contextmanager
+def own_nodes(domain: int, parameters: Mapping[str, Mapping[str, Any]]) -> Iterator[Path]:
+    """Run both nodes with these parameters; yields the file with what they say."""
+    with tempfile.TemporaryDirectory(prefix='likeme-replay-') as folder:
+        log = Path(folder) / 'nodes.log'
+        command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(domain)]
+        command += [word for part in PARTS for word in ('--only', part.value)]
+        if parameters:
+            file = Path(folder) / 'parameters.yaml'
+            file.write_text(ros_parameters(parameters), encoding='utf-8')
+            command += ['--params', str(file)]
+        with log.open('w', encoding='utf-8') as sink:
+            nodes = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=sink,
+                stderr=subprocess.STDOUT,
+                # Ctrl-C is for the player, which then ends them.
+                process_group=0,
+                preexec_fn=die_with_parent(os.getpid()),
+            )
+        try:
+            yield log
+        finally:
+            nodes.send_signal(signal.SIGINT)
+            try:
+                nodes.wait(GRACE)
+            except subprocess.TimeoutExpired:
+                nodes.kill()
+                nodes.wait()
+
+
+def ros_parameters(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+    """A ROS parameter file; empty lists, which it cannot hold, are left to the defaults."""
+    nodes = {
+        node: {'ros__parameters': {n: v for n, v in values.items() if v != []}}
+        for node, values in parameters.items()
+    }
+    return str(yaml.safe_dump(nodes, sort_keys=False))

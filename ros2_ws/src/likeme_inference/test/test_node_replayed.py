@@ -1,0 +1,102 @@
+"""A node that is replayed: inputs at their cue, words from the recording, and a still arm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fakes import Arm, Camera, demonstration
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Header
+
+from graph import LATCHED, Graph
+from likeme_inference.messages import stamp_ns, time_msg
+from likeme_inference.rehearsal import Input
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.domain import Manner, Mode, State
+from likeme_inference.tabletop.values import Motion, Result
+from likeme_msgs.msg import Decision, Heard, Outcome, TableState
+from likeme_msgs.srv import AskHuman
+
+pytestmark = pytest.mark.graph
+SECOND = 1_000_000_000
+
+
+class Prompter:
+    """Gives cues and waits for each to be acknowledged."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._graph = graph
+        self.heard: list[Heard] = graph.collect(Heard, 'heard', QoSProfile(depth=100))
+        self._pub = graph.publisher(Heard, 'hear_again', 100)
+
+    def cue(self, kind: Input, stamp: int, **said: Any) -> Heard:
+        count = len(self.heard)
+        header = Header(stamp=time_msg(stamp), frame_id='camera')
+        self._pub.publish(Heard(header=header, kind=int(kind), **said))
+        self._graph.until(lambda: len(self.heard) > count, 10, f'{kind.name} to be heard')
+        assert self.heard[-1].kind == kind
+        return self.heard[-1]
+
+
+def test_a_replayed_session_hears_the_recording_and_moves_nothing(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node', mode=str(Mode.GOAL_BASED), replayed=True)
+        camera = Camera(graph)
+        camera.stop()
+        arm = Arm(graph, camera)
+        decisions = graph.collect(Decision, 'decision', LATCHED)
+        outcomes = graph.collect(Outcome, 'outcome', LATCHED)
+        prompter = Prompter(graph)
+
+        def table(seconds: int, state: State) -> None:
+            camera.states['chicken'], camera.stamp = int(state), seconds * SECOND - SECOND // 10
+            camera.publish()
+            prompter.cue(Input.TABLE_STATE, seconds * SECOND)
+
+        table(10, State.LEFT)
+        act = demonstration('chicken', State.RIGHT, State.LEFT, Manner.PLACE)
+        act.header.stamp = time_msg(10 * SECOND)
+        camera.send(act)
+        assert prompter.cue(Input.DEMONSTRATION, 10 * SECOND).events == 2
+        table(11, State.RIGHT)
+        table(12, State.RIGHT)
+        graph.until(lambda: len(decisions) == 2, 10, 'the decision to act')
+        assert decisions[-1].kind == Kind.EXECUTE
+        # The camera has been silent for ever by the wall clock, which must not matter.
+        motion = {'motion_outcome': int(Motion.COMPLETED), 'finished': time_msg(13 * SECOND)}
+        assert not prompter.cue(Input.MOTION, 12 * SECOND, message='Done then.', **motion).refused
+        table(14, State.LEFT)
+        (outcome,) = graph.until(lambda: outcomes, 10, 'the outcome')
+        assert (outcome.result, stamp_ns(outcome.header.stamp)) == (Result.REACHED, 14 * SECOND)
+        assert arm.requests == []
+        # Words that do not fit change nothing and say so.
+        assert prompter.cue(Input.ANSWER, 14 * SECOND, answer=0, message='Ada').refused
+
+
+def test_a_question_is_the_recorded_operators_and_a_new_session_begins_with_the_end(
+    tmp_path: Path,
+) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node', replayed=True)
+        request = AskHuman.Request(command=AskHuman.Request.ANSWER, request_id=1, answered_by='A')
+        refused = graph.call(AskHuman, 'ask_human', request)
+        assert not refused.success
+        assert 'the recorded operator answers' in refused.message
+        client = AsyncParameterClient(graph.node, 'inference_node')
+        graph.until(client.services_are_ready, 20, 'parameters')
+        future = client.set_parameters([Parameter('replayed', value=False)])
+        graph.until(future.done, 10, 'an answer')
+        heard = graph.collect(Heard, 'heard', QoSProfile(depth=100))
+        tables = graph.publisher(TableState, 'table_state', 1)
+
+        def taken_live() -> bool:
+            tables.publish(TableState(reference_frame='base_link'))
+            graph.during(0.1)
+            return bool(heard)
+
+        graph.until(taken_live, 10, 'a table state without a cue')
+        assert heard[0].kind == Input.TABLE_STATE

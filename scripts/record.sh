@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# Usage: scripts/record.sh NAME [OPTION...]
+#        scripts/record.sh --suite [NAME...] [--out DIR]
+#
+# Records what a running cell says into a rosbag2 folder, until Ctrl-C: camera, table states,
+# demonstrations, beliefs, decisions, outcomes, and what perception and inference took in. Killed at
+# any moment, it leaves a bag that opens and misses at most its last second.
+#
+#   NAME            folder of the new bag; without a slash in it: out/bags/NAME
+#   --all           every topic there is
+#   --topics TOPIC  this topic instead of the usual ones; may be repeated
+#   --storage S     mcap (default) or sqlite3
+#   --no-compress   do not compress by zstd (--compress is the default)
+#   --duration S    end after so many seconds
+#   --domain N      ROS domain (default: ROS_DOMAIN_ID or 0)
+#   --suite         make the shipped recordings anew (all, or those named), with their expected logs
+#                   and README.md; needs no ROS graph, takes about 10 minutes
+#   --out DIR       folder for them (default: bags)
+#
+# Exit codes: 0 done, 1 messages were lost or nothing was recorded, 2 usage.
+
+set -euo pipefail
+here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
+case ${1:-} in
+  '' | -h | --help)
+    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
+    exit 0
+    ;;
+esac
+exec "$here/run.sh" python -m likeme_bringup.replaying.record "$@"

@@ -1,0 +1,205 @@
+"""Replays as a user runs them: real nodes, real DDS, every byte of the log compared."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from domain_coordinator import domain_id
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo
+
+from graph import LATCHED, Graph
+from likeme_bags.reading import open_bag
+from likeme_bags.writing import BagWriter
+from likeme_msgs.msg import Decision
+
+BAGS = Path(__file__).parents[1] / 'bags'
+
+
+def replay(
+    *arguments: str, domain: int = 0, keys: str = '', wait: float = 200
+) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, '-m', 'likeme_bringup.replaying.replay', *arguments]
+    env = os.environ | {'ROS_DOMAIN_ID': str(domain)}
+    return subprocess.run(
+        command, capture_output=True, text=True, timeout=wait, input=keys, env=env, check=False
+    )
+
+
+def busy(stop_at: float) -> None:
+    while time.monotonic() < stop_at:
+        sum(range(10_000))
+
+
+@contextmanager
+def loaded_cores() -> Iterator[None]:
+    """As many processes that never rest as there are cores."""
+    cores = len(os.sched_getaffinity(0))
+    context = multiprocessing.get_context('spawn')
+    spinning = [
+        context.Process(target=busy, args=(time.monotonic() + 300,), daemon=True)
+        for _ in range(cores)
+    ]
+    for process in spinning:
+        process.start()
+    try:
+        yield
+    finally:
+        for process in spinning:
+            process.kill()
+            process.join()
+
+
+@pytest.mark.graph
+@pytest.mark.slow
+def test_in_lockstep_the_log_is_the_same_at_any_rate_and_load(tmp_path: Path) -> None:
+    name = 'story_asks'
+    expected = (BAGS / f'{name}.jsonl').read_bytes()
+    log = tmp_path / 'log.jsonl'
+    with domain_id() as domain:
+        for rate in ('0', '4'):
+            told = replay(str(BAGS / name), '--log', str(log), '--rate', rate, domain=domain)
+            assert told.returncode == 0, told.stderr
+            assert log.read_bytes() == expected, f'at rate {rate}'
+        with loaded_cores():
+            told = replay(str(BAGS / name), '--log', str(log), domain=domain)
+        assert told.returncode == 0, told.stderr
+        assert log.read_bytes() == expected, 'with all cores busy'
+
+
+@pytest.mark.graph
+@pytest.mark.slow
+def test_running_nodes_start_anew_for_every_replay_and_are_let_go(tmp_path: Path) -> None:
+    log = tmp_path / 'log.jsonl'
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_perception.perception_node')
+        graph.start('likeme_inference.inference_node')
+        decisions = graph.collect(Decision, 'decision', LATCHED)
+        for name in ('two_objects', 'story_acts'):
+            told = replay(str(BAGS / name), '--running', '--log', str(log), domain=graph.domain)
+            assert told.returncode == 0, told.stderr
+            assert log.read_bytes() == (BAGS / f'{name}.jsonl').read_bytes()
+        graph.until(lambda: decisions, 10, 'a decision')
+        # Another one who publishes images would make the outcome depend on the hour.
+        graph.publisher(CameraInfo, 'camera/rgb/camera_info')
+        told = replay(str(BAGS / 'put_back'), '--running', '--log', str(log), domain=graph.domain)
+        assert told.returncode == 1
+        assert 'Expected nobody else to publish camera/rgb/camera_info, got 1' in told.stderr
+
+
+@pytest.mark.graph
+def test_a_bag_plays_into_the_graph_byte_by_byte_and_time_only_goes_on(tmp_path: Path) -> None:
+    """In a loop, at ten times the speed, until q."""
+    bag = BAGS / 'passed_through'
+    with open_bag(bag) as opened:
+        topic = next(t.name for t in opened.topics if t.name.endswith('camera_info'))
+        recorded = [record.data for record in opened.records([topic])]
+    with Graph(tmp_path) as graph:
+        received: list[bytes] = []
+        graph.node.create_subscription(CameraInfo, topic, received.append, 100, raw=True)
+        clock = graph.collect(Clock, '/clock', 100)
+        player = graph.run(
+            'player', sys.executable, '-m', 'likeme_bringup.replaying.replay', str(bag),
+            '--topics', topic, '--rate', '10', '--loop', '--clock',
+        )  # fmt: skip
+        wanted = len(recorded) + 20
+        graph.until(lambda: len(received) >= wanted, 60, 'a round and the next one')
+        player.stop()
+    rounds = [*recorded, *recorded[:20]]
+    # The network rounds lengths up to words; nothing else may differ.
+    assert {len(got) - len(sent) for got, sent in zip(received, rounds, strict=False)} <= {
+        0,
+        1,
+        2,
+        3,
+    }
+    assert [got[: len(sent)] for got, sent in zip(received, rounds, strict=False)] == rounds
+    times = [c.clock.sec * 10**9 + c.clock.nanosec for c in clock]
+    assert times == sorted(times)
+    assert len(set(times)) > len(recorded)
+
+
+@pytest.mark.graph
+def test_a_paused_player_goes_on_key_by_key(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        infos = graph.collect(CameraInfo, 'camera/rgb/camera_info', 100)
+        arguments = str(BAGS / 'lifted'), '--topics', 'camera/rgb/camera_info', '--pause'
+        told = replay(*arguments, domain=graph.domain, keys='nnnq')
+        assert told.returncode == 0, told.stderr
+        assert '3 messages played' in told.stderr
+        graph.until(lambda: len(infos) == 3, 10, 'three messages')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'sentence'),
+    [
+        (('/nowhere/bag', '--offline'), 2, 'Expected a bag, got /nowhere/bag'),
+        ((str(BAGS / 'README.md'), '--offline'), 1, 'README.md'),
+        ((str(BAGS / 'lifted'), '--offline', '--loop'), 2, '--offline take no --loop'),
+        ((str(BAGS / 'lifted'), '--start', '3', '--end', '2'), 2, 'Expected --start before --end'),
+        ((str(BAGS / 'lifted'), '--offline', '--remap', 'a=b'), 2, "FROM:=TO, got 'a=b'"),
+        ((str(BAGS / 'lifted'), '--offline', '--remap', 'a:=b'), 1, 'a: expected a topic'),
+        ((str(BAGS / 'lifted'), '--topics', 'nothing'), 1, 'nothing: expected one of'),
+        (
+            (str(BAGS / 'lifted'), '--offline', '--params', '/nowhere'),
+            2,
+            '/nowhere cannot be read',
+        ),
+        ((str(BAGS / 'lifted'), '--offline', '--start', '500'), 1, 'Expected frames to show'),
+        ((str(BAGS / 'lifted'), '--log', '/nowhere/a/log'), 2, 'Expected a folder for --log'),
+    ],
+)
+def test_what_cannot_be_replayed_is_refused_in_a_sentence(
+    arguments: tuple[str, ...], code: int, sentence: str
+) -> None:
+    told = replay(*arguments, wait=200)
+    assert (told.returncode, sentence in told.stderr) == (code, True), told.stderr
+    assert 'Traceback' not in told.stderr
+
+
+def test_parameters_before_those_of_the_recording(tmp_path: Path) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_text('inference_node:\n  ros__parameters:\n    help_threshold: 0.99\n')
+    told = replay(
+        str(BAGS / 'put_back'), '--offline', '--params', str(file), '--log', '-', wait=200
+    )
+    assert told.returncode == 0, told.stderr
+    assert '"threshold": 0.99' in told.stdout
+    assert '"kind": 1' in told.stdout
+
+
+@pytest.mark.parametrize(
+    ('colour', 'options'),
+    [('/camera/color/image_raw', ()), ('/eye', ('--remap', '/eye:=camera/rgb/image_rect_color'))],
+)
+def test_another_drivers_names_lead_to_the_same_log(
+    colour: str, options: tuple[str, ...], tmp_path: Path
+) -> None:
+    """Names that are known by themselves, and one that only the user knows."""
+    names = {
+        'camera/rgb/image_rect_color': colour,
+        'camera/depth_registered/image_rect': '/camera/aligned_depth_to_color/image_raw',
+        'camera/rgb/camera_info': '/camera/color/camera_info',
+    }
+    with open_bag(BAGS / 'put_back') as bag, BagWriter(tmp_path / 'other') as writer:
+        for topic in bag.topics:
+            writer.add(replace(topic, name=names[topic.name]))
+        for record in bag.records():
+            writer.write(record._replace(topic=names[record.topic]))
+    log = tmp_path / 'log.jsonl'
+    told = replay(str(tmp_path / 'other'), '--offline', '--log', str(log), *options, wait=200)
+    assert told.returncode == 0, told.stderr
+    assert log.read_bytes() == (BAGS / 'put_back.jsonl').read_bytes()
+    if options:
+        told = replay(str(tmp_path / 'other'), '--offline', wait=200)
+        assert told.returncode == 1
+        assert 'Expected camera/rgb/image_rect_color' in told.stderr

@@ -1,0 +1,68 @@
+"""The shipped recordings: each replays, offline, to the log that is shipped with it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from likeme_bringup.replaying.decision_log import read_log
+from likeme_bringup.replaying.offline import replay_offline
+from likeme_bringup.replaying.suite import CHANGES, recipes
+from likeme_bringup.replaying.suite_writer import readme, row
+
+BAGS = Path(__file__).parents[1] / 'bags'
+RECIPES = {recipe.name: recipe for recipe in recipes()}
+#: What every one of them weighs together at most, bytes.
+WEIGHT = 60_000_000
+
+
+def test_every_object_change_and_manner_is_there() -> None:
+    wanted = {
+        f'{name}_{x_i.name}_{x_f.name}_{manner}'.lower()
+        for name in ('pear', 'lemon', 'chicken')
+        for x_i, x_f in CHANGES
+        for manner in ('place', 'push')
+    }
+    assert len(wanted) == 24
+    assert wanted <= RECIPES.keys()
+    assert {path.parent.name for path in BAGS.glob('*/metadata.yaml')} == RECIPES.keys()
+
+
+def test_the_folder_is_small() -> None:
+    assert sum(p.stat().st_size for p in BAGS.rglob('*') if p.is_file()) < WEIGHT
+
+
+@pytest.mark.parametrize('name', RECIPES)
+def test_a_recording_replays_to_the_log_beside_it(name: str) -> None:
+    replayed = replay_offline(BAGS / name)
+    assert replayed.complete, replayed.warnings
+    assert replayed.tally.remarks == []
+    assert replayed.log == (BAGS / f'{name}.jsonl').read_text(encoding='utf-8')
+
+
+@pytest.mark.parametrize('name', [n for n in RECIPES if re.match('pear_|lemon_|chicken_', n)])
+def test_what_is_shown_is_what_is_seen_and_wanted(name: str) -> None:
+    """The words of the name against the numbers of the log, which came from the camera alone."""
+    thing, x_i, x_f, manner = name.split('_')
+    states, manners = ['left', 'right', 'offtable'], ['place', 'push']
+    events = list(read_log((BAGS / f'{name}.jsonl').read_text(encoding='utf-8')))
+    assert [e['event'] for e in events] == ['demonstration', 'belief', 'decision', 'decision']
+    act, belief, at_goal, decision = events
+    assert act['object'] == thing
+    assert (states[act['x_i']], states[act['x_f']], manners[act['manner']]) == (x_i, x_f, manner)
+    # The paper's Fig 8a: the goal is the state that was reached.
+    assert states[belief['goal']] == x_f
+    assert at_goal['kind'] == 2
+    # Fig 8c: only the pear from RIGHT to LEFT is too uncertain to do alone.
+    assert (decision['kind'] == 1) == name.startswith('pear_right_left')
+    assert states[decision['action'] % 3] == x_f
+
+
+def test_the_table_says_what_the_logs_say() -> None:
+    text = (BAGS / 'README.md').read_text(encoding='utf-8')
+    assert text == readme(BAGS)
+    for recipe in RECIPES.values():
+        log = (BAGS / f'{recipe.name}.jsonl').read_text(encoding='utf-8')
+        assert f'\n{row(recipe, log)}\n' in text
