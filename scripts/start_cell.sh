@@ -6,11 +6,13 @@
 #
 #   --only PART               start this part alone: arm, perception or inference; may be repeated
 #   --network                 let nodes on other machines of the subnet take part (default: this host)
-#   --mode MODE               how the robot imitates: trajectory, goal_based or interactive
+#   --mode MODE               how the robot imitates: trajectory, goal_based, interactive or sequential
 #   --threshold P             ask for help below this predicted success, 0 to 1
+#   --actions N               budget of the sequential mode: act, look again, act again (default: 3)
 #   --seed N                  seed of the simulated cell
 #   --real-time-factor F      1: as in life; 0: as fast as it goes
 #   --model FILE              another transition model of the robot
+#   --experience STORE        SQLite file or database URL: executed imitations improve the model
 #   --params FILE             ROS parameter file; likeme_bringup/config/cell.yaml has all names
 #   --domain N                ROS domain (default: ROS_DOMAIN_ID or 0)
 #

@@ -16,11 +16,13 @@ from likeme_bringup.start_cell import Mode, Part, Settings, executable
 ARGUMENTS = {
     'only': ('', 'Parts to start, separated by commas: arm, perception, inference; empty: all.'),
     'network': ('false', 'true: let nodes on other machines of the subnet take part.'),
-    'mode': ('', 'How the robot imitates: trajectory, goal_based or interactive.'),
+    'mode': ('', 'How the robot imitates: trajectory, goal_based, interactive, sequential.'),
     'threshold': ('', 'Ask for help below this predicted success.'),
+    'actions': ('', 'Budget of the sequential mode.'),
     'seed': ('', 'Seed of the simulated cell.'),
     'real_time_factor': ('', '1: as in life; 0: as fast as it goes.'),
     'model': ('', 'Transition model file of the robot.'),
+    'experience': ('', 'Experience store: executed imitations improve the model.'),
     'params': ('', 'ROS parameter file; config/cell.yaml has all names.'),
     'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
 }
@@ -39,8 +41,10 @@ def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
     settings = Settings(
         mode=Mode(given['mode']) if given['mode'] else None,
         threshold=float(given['threshold']) if given['threshold'] else None,
+        actions=int(given['actions']) if given['actions'] else None,
         seed=int(given['seed']) if given['seed'] else None,
         real_time_factor=float(given['real_time_factor']) if given['real_time_factor'] else None,
+        experience=given['experience'] or None,
         model=Path(given['model']) if given['model'] else None,
     )
     parts = [Part(name.strip()) for name in given['only'].split(',') if name.strip()] or list(Part)

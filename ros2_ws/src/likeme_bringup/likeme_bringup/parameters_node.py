@@ -23,6 +23,8 @@ HEADER = """\
 # Every parameter of every node, with its default and its range. A copy to start from: keep what
 # you change and start with `scripts/start_cell.sh --params FILE` or the launch file's
 # `params:=FILE`. Written by `python -m likeme_bringup.parameters_node`; a test keeps it true."""
+# Not a part of the cell, and started by itself.
+GAZE = 'likeme_inference.gaze_node'
 # Every node has these; they are the launcher's business.
 COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
@@ -69,7 +71,7 @@ def cell_yaml() -> str:
     with domain_id() as domain:
         rclpy.init(args=['--ros-args', '--log-level', 'fatal'], domain_id=domain)
         try:
-            for module in MODULES.values():
+            for module in (*MODULES.values(), GAZE):
                 node = node_class(module)()
                 lines += section(node)
                 node.destroy_node()

@@ -29,6 +29,7 @@ class Mode(StrEnum):
     TRAJECTORY = 'trajectory'
     GOAL_BASED = 'goal_based'
     INTERACTIVE = 'interactive'
+    SEQUENTIAL = 'sequential'
 
 
 MODULES = {
@@ -43,9 +44,11 @@ class Settings(NamedTuple):
 
     mode: Mode | None = None
     threshold: float | None = None
+    actions: int | None = None
     seed: int | None = None
     real_time_factor: float | None = None
     model: Path | None = None
+    experience: str | None = None
     parameter_files: tuple[Path, ...] = ()
 
     def overrides(self, part: Part) -> dict[str, object]:
@@ -56,7 +59,9 @@ class Settings(NamedTuple):
             Part.INFERENCE: {
                 'mode': self.mode.value if self.mode else None,
                 'help_threshold': self.threshold,
+                'action_budget': self.actions,
                 'model_file': str(self.model) if self.model else None,
+                'experience_store': self.experience,
             },
         }
         return {name: value for name, value in values[part].items() if value is not None}
@@ -128,6 +133,9 @@ def start_cell(
         float | None,
         typer.Option(min=0.0, max=1.0, help='Ask for help below this predicted success.'),
     ] = None,
+    actions: Annotated[
+        int | None, typer.Option(min=1, max=100, help='Budget of the sequential mode.')
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help='Seed of the simulated cell.')] = None,
     real_time_factor: Annotated[
         float | None, typer.Option(min=0.0, help='1: as in life; 0: as fast as it goes.')
@@ -135,6 +143,10 @@ def start_cell(
     model: Annotated[
         Path | None,
         typer.Option(exists=True, dir_okay=False, help='Transition model file of the robot.'),
+    ] = None,
+    experience: Annotated[
+        str | None,
+        typer.Option(help='SQLite file or database URL: executed imitations improve the model.'),
     ] = None,
     params: Annotated[
         list[Path] | None,
@@ -152,9 +164,11 @@ def start_cell(
     settings = Settings(
         mode,
         threshold,
+        actions,
         seed,
         real_time_factor,
         model.resolve() if model else None,
+        experience,
         tuple(parameter_file(path) for path in params or ()),
     )
     supervisor = Supervisor(children(parts, settings, network))
