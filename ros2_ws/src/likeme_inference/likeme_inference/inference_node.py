@@ -231,9 +231,10 @@ class InferenceNode(Node):
             self._decision_pub.publish(messages.decision_msg(event))
             self._counts['decisions'] += 1
         elif isinstance(event, Outcome):
+            # Kept before it is told: whoever hears of it may stop this node.
+            self._learn(event)
             self._outcome_pub.publish(messages.outcome_msg(event))
             self._counts[f'outcomes {event.result.name}'] += 1
-            self._learn(event)
         if not isinstance(event, Remark):
             self._counts['events'] += 1
         self.get_logger().info(event.sentence)

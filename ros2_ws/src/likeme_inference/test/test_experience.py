@@ -27,7 +27,7 @@ from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Counts, Pair, Place, TrialKey, no_counts
 from likeme_inference.experience.trial_file import TrialFileError, load, parse, save, write
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Mode, State
+from likeme_inference.tabletop.domain import Action, Mode, Policy, State
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.values import (
     Actor,
@@ -182,7 +182,7 @@ def decision(number: int = 1) -> Decision:
     return Decision(
         100, 'base_link', number, 1, Mode.GOAL_BASED, 'pear', State.LEFT, State.RIGHT,
         (0.1, 0.9, 0.0), Kind.EXECUTE, Action.PUSH_RIGHT, (0,) * 6, (0,) * 6, (0.0, 1.0, 0.0),
-        1.0, 0.5, 'model', 'I push.',
+        1.0, 1, (0,) * 6, 1.0, 0.5, Policy.DIRECT, 'model', 'I push.',
     )  # fmt: skip
 
 
