@@ -28,7 +28,7 @@ def in_order(text: str, *parts: str) -> None:
 
 
 def completed(folder: Path) -> subprocess.CompletedProcess[str]:
-    """A story told to its good end. The robot misses now and then, says so, and that is one, too."""
+    """A story told to its good end; one in which the robot missed, and said so, is told again."""
     for seed in ('1', '2', '3'):
         told = demo(folder, '--seed', seed)
         if told.returncode == 0:
