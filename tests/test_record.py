@@ -133,9 +133,19 @@ def test_a_live_runs_own_recording_replays_to_its_decisions(tmp_path: Path) -> N
         assert process.wait(60) == 0, process.said
     replayed = replay_offline(path, json_parameters(path))
     assert replayed.complete, replayed.warnings
-    assert [(a.event, a.whole) for a in replayed.agreements] == [
-        ('demonstration', True), ('belief', True), ('decision', True), ('outcome', True)
+    # Which of its first frames perception missed decides the last digits of what it measured.
+    demonstrated, *decided = replayed.agreements
+    assert (demonstrated.event, demonstrated.live, demonstrated.replayed) == (
+        'demonstration',
+        1,
+        1,
+    )
+    assert [(a.event, a.whole) for a in decided] == [
+        ('belief', True), ('decision', True), ('outcome', True)
     ]  # fmt: skip
+    assert acts[0].rise == pytest.approx(
+        json.loads(replayed.log.splitlines()[0])['rise'], abs=1e-3
+    )
     assert '"mode": "goal_based"' in replayed.log
 
 
