@@ -9,6 +9,7 @@ import numpy as np
 from likeme_inference.experiments.demonstrations import CHANGES
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.domain import Action, Manner, Mode, State
+from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.transition_model import FloatArray
 
@@ -70,7 +71,7 @@ def _success(
     threshold: float,
 ) -> float:
     known = model.goal_model(name)
-    goal = int(known.goal_posterior(x_i, x_f).argmax())
+    goal = map_goal(known.goal_posterior(x_i, x_f), x_f)
     made = choose(known, x_i, goal, Action.of(manner, x_f), mode, threshold)
     if made.kind is Kind.ASK_HUMAN:
         return float(goal == x_f)
