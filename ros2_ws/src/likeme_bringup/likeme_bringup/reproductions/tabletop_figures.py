@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -111,16 +112,15 @@ def fig8(cases: Sequence[Case], threshold: float) -> Figure:
     """Three blocks of objects by changes: goals, actions, predictions."""
     figure = Figure(figsize=(9.5, 13.5), layout='constrained')
     blocks: Any = figure.subfigures(3, 1, hspace=0.04, height_ratios=(1, 1.05, 0.9))
-    for block, title, draw in zip(
-        blocks,
+    drawn: tuple[tuple[str, Callable[[Axes, Case], None]], ...] = (
+        ('(a) Most likely goals  $P(G\\,|\\,x_i, x_f)$', _goal_bars),
+        ('(b) Inferring actions  $P(A\\,|\\,x_i, g)$', _action_bars),
         (
-            '(a) Most likely goals  $P(G\\,|\\,x_i, x_f)$',
-            '(b) Inferring actions  $P(A\\,|\\,x_i, g)$',
             '(c) Predicting final state  $P(X_f = g\\,|\\,x_i, a_{MAP})$',
+            partial(_prediction_bar, threshold=threshold),
         ),
-        (_goal_bars, _action_bars, lambda axes, case: _prediction_bar(axes, case, threshold)),
-        strict=True,
-    ):
+    )
+    for block, (title, draw) in zip(blocks, drawn, strict=True):
         block.suptitle(title, x=0.01, ha='left', fontsize=12, fontweight='bold')
         objects = list(dict.fromkeys(case.object for case in cases))
         grid = block.subplots(len(objects), len(CHANGES), sharey=True, squeeze=False)
