@@ -9,7 +9,7 @@ from collections import Counter
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -28,7 +28,7 @@ from likeme_inference.mentor.refusals import Refusals
 from likeme_inference.mentor.sentences import goal_found, learned, mentor_met
 from likeme_inference.mentor.settings import PARAMETERS, GazeSettings, Learning, read_settings
 from likeme_inference.mentor.watch import Answer, MentorWatch
-from likeme_inference.messages import stamp_ns
+from likeme_inference.messages import diagnostics_message, stamp_ns
 from likeme_msgs.msg import FixationDistance
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -182,16 +182,12 @@ class GazeNode(Node):
             **self._counts,
             **{f'refused: {reason}': n for reason, n in sorted(self._refusals.counts.items())},
         }
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if refused else DiagnosticStatus.OK,
-            name='gaze_node: gaze following',
-            message='head poses were refused just now' if refused else 'ready',
-            hardware_id='likeme',
-            values=[KeyValue(key=key, value=str(value)) for key, value in facts.items()],
+        said = 'head poses were refused just now' if refused else ''
+        self._diagnostics_pub.publish(
+            diagnostics_message(
+                'gaze_node: gaze following', said, facts, self.get_clock().now().to_msg()
+            )
         )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics_pub.publish(array)
 
 
 def main() -> int:

@@ -6,33 +6,24 @@ import math
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import Header
 
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
 from likeme_inference.experience.database import StoreError
+from likeme_inference.hearing_node import Hearing
 from likeme_inference.help_desk import AnswerRefusedError, HelpDesk
-from likeme_inference.node_settings import (
-    NUMBERS,
-    OTHERS,
-    READ_ONLY,
-    open_experience,
-    read_model,
-    read_settings,
-)
-from likeme_inference.rehearsal import Cue, Input, Rehearsal
+from likeme_inference.node_settings import open_experience, read_model, read_settings
+from likeme_inference.parameters_node import NodeParameters, Values
+from likeme_inference.rehearsal import Input
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import help_request
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -97,8 +88,8 @@ class InferenceNode(Node):
 
     def __init__(self) -> None:
         super().__init__('inference_node')
-        self._declare_parameters()
-        values = self._parameter_values()
+        self._node_parameters = NodeParameters(self, self._judge, self._take_up)
+        values = self._node_parameters.values()
         model = read_model(values['model_file'])
         self._proposed_model: RobotModel | None = None
         self._experience = open_experience(values, model)
@@ -106,14 +97,12 @@ class InferenceNode(Node):
             model = self._experience.model
         self._session = ImitationSession(model, read_settings(values))
         self._desk = HelpDesk()
-        self._rehearsal = Rehearsal(values['replayed'])
         self._counts: Counter[str] = Counter()
         self._camera_heard = time.monotonic()
         self._dropped_at = -math.inf
         self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
         self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
-        self._heard_pub = self.create_publisher(Heard, 'heard', 100)
         self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._arm = ArmCall(
             self.create_client(ExecuteAction, 'arm/execute_action'),
@@ -123,14 +112,15 @@ class InferenceNode(Node):
             values['arm_wait'],
             values['action_timeout'],
         )
-        demonstrations = self._at_its_cue(Input.DEMONSTRATION, self._on_demonstration)
-        self.create_subscription(DemonstrationMsg, 'demonstration', demonstrations, 10)
-        table_states = self._at_its_cue(Input.TABLE_STATE, self._on_table_state)
-        self.create_subscription(TableState, 'table_state', table_states, 1)
-        self.create_subscription(Heard, 'hear_again', self._on_cue, 100)
+        self._hearing = Hearing(self, values['replayed'], self._hear_again)
+        self._hearing.subscribe(
+            Input.DEMONSTRATION, DemonstrationMsg, 'demonstration', self._on_demonstration, 10
+        )
+        self._hearing.subscribe(
+            Input.TABLE_STATE, TableState, 'table_state', self._on_table_state, 1
+        )
         self.create_service(AskHuman, 'ask_human', self._on_ask_human)
-        self.add_on_set_parameters_callback(self._check_parameters)
-        self.add_post_set_parameters_callback(self._apply_parameters)
+        self._node_parameters.watch()
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady)
@@ -139,78 +129,59 @@ class InferenceNode(Node):
             f'{values["mode"]} mode. Show me something.'
         )
 
-    def _declare_parameters(self) -> None:
-        for name, number in NUMBERS.items():
-            span = FloatingPointRange(from_value=number.least, to_value=number.greatest)
-            descriptor = ParameterDescriptor(
-                description=number.description, floating_point_range=[span]
-            )
-            self.declare_parameter(name, float(number.default), descriptor)
-        for name, (default, description) in OTHERS.items():
-            descriptor = ParameterDescriptor(description=description, read_only=name in READ_ONLY)
-            self.declare_parameter(name, default, descriptor)
+    def _judge(self, values: Values, changed: set[str]) -> None:
+        """Refuse what makes no sense, now or at all.
 
-    def _parameter_values(self) -> dict[str, Any]:
-        return {name: self.get_parameter(name).value for name in [*NUMBERS, *OTHERS]}
-
-    def _check_parameters(self, parameters: list[Parameter]) -> SetParametersResult:
-        new = {p.name: p.value for p in parameters}
+        Raises:
+            ValueError: saying why.
+        """
         self._proposed_model = None
-        try:
-            if 'replayed' in new and self._arm.busy:
-                raise ValueError('Expected no motion under way when a replay begins or ends.')
-            read_settings({**self._parameter_values(), **new})
-            if 'model_file' in new and self._experience is not None:
-                raise ValueError(
-                    'Expected the model_file to stay while experience is added to it.'
-                )
-            if 'model_file' in new:
-                self._proposed_model = read_model(new['model_file'])
-        except ValueError as error:
-            self.get_logger().warning(f'Parameters refused: {error}')
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
+        if 'replayed' in changed and self._arm.busy:
+            raise ValueError('Expected no motion under way when a replay begins or ends.')
+        read_settings(values)
+        if 'model_file' not in changed:
+            return
+        if self._experience is not None:
+            raise ValueError('Expected the model_file to stay while experience is added to it.')
+        self._proposed_model = read_model(values['model_file'])
 
-    def _apply_parameters(self, parameters: list[Parameter]) -> None:
-        values = self._parameter_values()
+    def _take_up(self, values: Values, changed: set[str]) -> None:
         self._session.settings = read_settings(values)
         self._arm.arm_wait, self._arm.action_timeout = values['arm_wait'], values['action_timeout']
-        if any(p.name == 'replayed' for p in parameters):
+        if 'replayed' in changed:
             self._begin_anew(values['replayed'])
         if self._proposed_model is not None:
             self._session.model, self._proposed_model = self._proposed_model, None
-        changed = ', '.join(f'{p.name} = {p.value!r}' for p in parameters)
-        self.get_logger().info(f'From the next decision on: {changed}.')
 
     def _begin_anew(self, replayed: bool) -> None:
         self._session = ImitationSession(self._session.model, self._session.settings)
         self._desk, self._counts = HelpDesk(), Counter()
-        self._rehearsal.begin(replayed)
+        self._hearing.begin(replayed)
 
     def _on_demonstration(self, msg: DemonstrationMsg) -> None:
         try:
             demo = messages.read_demonstration(msg, self._session.model.objects)
         except ValueError as error:
             self._drop('demonstrations', error)
-            self._publish_heard(Input.DEMONSTRATION, header=msg.header, refused=True)
+            self._heard(Input.DEMONSTRATION, header=msg.header, refused=True)
             return
         self._counts['demonstrations'] += 1
         self._tell(self._session.observe_demonstration(demo))
         self._tell(self._session.look_again())
-        self._publish_heard(Input.DEMONSTRATION, header=msg.header)
+        self._heard(Input.DEMONSTRATION, header=msg.header)
 
     def _on_table_state(self, msg: TableState) -> None:
         try:
             view = messages.read_table(msg)
         except ValueError as error:
             self._drop('table states', error)
-            self._publish_heard(Input.TABLE_STATE, header=msg.header, refused=True)
+            self._heard(Input.TABLE_STATE, header=msg.header, refused=True)
             return
         if view.stamp > self._session.last_view:
             self._camera_heard = time.monotonic()
         self._counts['table states'] += 1
         self._tell(self._session.look(view))
-        self._publish_heard(Input.TABLE_STATE, header=msg.header)
+        self._heard(Input.TABLE_STATE, header=msg.header)
 
     def _drop(self, what: str, error: ValueError) -> None:
         self._counts[f'{what} dropped'] += 1
@@ -246,7 +217,7 @@ class InferenceNode(Node):
     def _learn(self, outcome: Outcome) -> None:
         """Keep what was done in earnest, and decide by it from now on."""
         decision = self._session.decision
-        learns = self._learns and not self._rehearsal.on
+        learns = self._learns and not self._hearing.replayed
         if self._experience is None or decision is None or not learns:
             return
         try:
@@ -269,7 +240,7 @@ class InferenceNode(Node):
         The time to start in counts from the newest table state: camera and arm share their clock,
         be it simulated or not, and what was seen too long ago is nothing to act on.
         """
-        if self._rehearsal.on:
+        if self._hearing.replayed:
             return
         action = decision.action
         assert action is not None, 'Only actions are executed.'
@@ -285,7 +256,7 @@ class InferenceNode(Node):
         if report.outcome is not None:
             self.get_logger().info(f'The arm says: {report.message}')
         self._tell(self._session.motion_finished(report))
-        self._publish_heard(Input.MOTION, **messages.motion_fields(report))
+        self._heard(Input.MOTION, **messages.motion_fields(report))
 
     def _on_late_answer(self, report: MotionReport) -> None:
         self.get_logger().warning(f'Too late, ignored: the arm says: {report.message}')
@@ -310,20 +281,20 @@ class InferenceNode(Node):
             raise AnswerRefusedError(
                 f'Expected command 0 LIST or 1 ANSWER, got {request.command}.'
             )
-        if self._rehearsal.on:
+        if self._hearing.replayed:
             raise AnswerRefusedError('This is a replay: the recorded operator answers.')
         answer = self._desk.answer(request.request_id, request.answer, request.answered_by)
         self._camera_heard = time.monotonic()
         self.get_logger().info(answer.sentence)
         self._tell(self._session.answered(answer.reply))
-        self._publish_heard(Input.ANSWER, answer=int(answer.reply), message=answer.answered_by)
+        self._heard(Input.ANSWER, answer=int(answer.reply), message=answer.answered_by)
         if answer.reply is Reply.TRY_ANYWAY and self._session.decision is not None:
             self._act(self._session.decision)
         return answer.sentence
 
     def _watch(self) -> None:
         """Give up an arm or a camera that is not heard of in time."""
-        if self._rehearsal.on:
+        if self._hearing.replayed:
             return
         now = time.monotonic()
         self._arm.poll(now)
@@ -332,35 +303,10 @@ class InferenceNode(Node):
             silent > self._session.settings.outcome_timeout
         ):
             self._tell(self._session.nothing_seen())
-            self._publish_heard(Input.SILENCE)
+            self._heard(Input.SILENCE)
 
-    def _publish_heard(self, kind: Input, **fields: Any) -> None:
-        self._counts['inputs'] += 1
-        if 'header' not in fields:
-            fields['header'] = Header(stamp=messages.time_msg(self._session.last_view))
-        number, events = self._counts['inputs'], self._counts['events']
-        self._heard_pub.publish(Heard(kind=int(kind), number=number, events=events, **fields))
-
-    def _at_its_cue(self, kind: Input, take: Callable[[Any], None]) -> Callable[[Any], None]:
-        return self._rehearsal.gate(
-            kind, lambda msg: messages.stamp_ns(msg.header.stamp), take, self._rehearse
-        )
-
-    def _on_cue(self, cue: Heard) -> None:
-        if self._rehearsal.on and cue.kind in set(Input):
-            stamp = messages.stamp_ns(cue.header.stamp)
-            self._rehearsal.add(Cue(Input(cue.kind), stamp, cue))
-            self._rehearse()
-
-    def _rehearse(self) -> None:
-        """Take in what it is the turn of."""
-        for cue, msg in self._rehearsal.ready():
-            if cue.kind is Input.TABLE_STATE:
-                self._on_table_state(msg)
-            elif cue.kind is Input.DEMONSTRATION:
-                self._on_demonstration(msg)
-            else:
-                self._hear_again(cue.kind, cue.said)
+    def _heard(self, kind: Input, **fields: Any) -> None:
+        self._hearing.announce(kind, self._session.last_view, self._counts['events'], **fields)
 
     def _hear_again(self, kind: Input, said: Heard) -> None:
         """Hear what arm or operator said in the recorded run, or that nobody did."""
@@ -377,7 +323,7 @@ class InferenceNode(Node):
         except ValueError as error:
             self.get_logger().warning(f'The recording does not fit what came of it here: {error}')
             fields['refused'] = True
-        self._publish_heard(kind, **fields)
+        self._heard(kind, **fields)
 
     def _publish_diagnostics(self) -> None:
         now = time.monotonic()
@@ -393,18 +339,14 @@ class InferenceNode(Node):
             'mode': self._session.settings.mode,
             'model': self._session.model.label,
             'pending requests': len(self._desk.pending),
+            'inputs': self._hearing.inputs,
             **self._counts,
         }
-        status = DiagnosticStatus(
-            level=DiagnosticStatus.WARN if said else DiagnosticStatus.OK,
-            name='inference_node: imitation',
-            message=said or 'ready',
-            hardware_id='likeme',
-            values=[KeyValue(key=key, value=str(value)) for key, value in facts.items()],
+        self._diagnostics_pub.publish(
+            messages.diagnostics_message(
+                'inference_node: imitation', said, facts, self.get_clock().now().to_msg()
+            )
         )
-        array = DiagnosticArray(status=[status])
-        array.header.stamp = self.get_clock().now().to_msg()
-        self._diagnostics_pub.publish(array)
 
 
 def main() -> int:

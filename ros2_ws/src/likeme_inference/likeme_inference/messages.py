@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Container, Mapping, Sequence
 from enum import IntEnum
 from typing import Any, TypeVar
 
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
 from likeme_inference.tabletop.domain import Action, Manner, State
@@ -221,3 +222,19 @@ def outcome_msg(outcome: Outcome) -> OutcomeMsg:
         motion_outcome=NONE if outcome.motion is None else outcome.motion,
         sentence=outcome.sentence,
     )
+
+
+def diagnostics_message(
+    name: str, problems: str, facts: Mapping[str, Any], stamp: Time
+) -> DiagnosticArray:
+    """How a node does: a warning where there are problems, 'ready' where there are none."""
+    status = DiagnosticStatus(
+        level=DiagnosticStatus.WARN if problems else DiagnosticStatus.OK,
+        name=name,
+        message=problems or 'ready',
+        hardware_id='likeme',
+        values=[KeyValue(key=key, value=str(value)) for key, value in facts.items()],
+    )
+    array = DiagnosticArray(status=[status])
+    array.header.stamp = stamp
+    return array

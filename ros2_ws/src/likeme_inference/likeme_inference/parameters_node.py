@@ -1,0 +1,63 @@
+"""The inference node's parameters over ROS: declared, judged before they count, then taken up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from likeme_inference.node_settings import NUMBERS, OTHERS, READ_ONLY
+
+Values = dict[str, Any]
+
+
+class NodeParameters:
+    """Declares all parameters of node_settings on a node and keeps them consistent."""
+
+    def __init__(
+        self,
+        node: Node,
+        judge: Callable[[Values, set[str]], None],
+        take_up: Callable[[Values, set[str]], None],
+    ) -> None:
+        """Declare.
+
+        judge: raises ValueError for values that make no sense together; all values and the names
+        of those that change. take_up: what follows from them, once they are set.
+        """
+        self._node, self._judge, self._take_up = node, judge, take_up
+        for name, number in NUMBERS.items():
+            span = FloatingPointRange(from_value=number.least, to_value=number.greatest)
+            descriptor = ParameterDescriptor(
+                description=number.description, floating_point_range=[span]
+            )
+            node.declare_parameter(name, float(number.default), descriptor)
+        for name, (default, description) in OTHERS.items():
+            descriptor = ParameterDescriptor(description=description, read_only=name in READ_ONLY)
+            node.declare_parameter(name, default, descriptor)
+
+    def watch(self) -> None:
+        """Judge and take up changes from now on."""
+        self._node.add_on_set_parameters_callback(self._check)
+        self._node.add_post_set_parameters_callback(self._apply)
+
+    def values(self) -> Values:
+        """All values as they are."""
+        return {name: self._node.get_parameter(name).value for name in [*NUMBERS, *OTHERS]}
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        new = {p.name: p.value for p in parameters}
+        try:
+            self._judge(self.values() | new, set(new))
+        except ValueError as error:
+            self._node.get_logger().warning(f'Parameters refused: {error}')
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters: list[Parameter]) -> None:
+        self._take_up(self.values(), {p.name for p in parameters})
+        changed = ', '.join(f'{p.name} = {p.value!r}' for p in parameters)
+        self._node.get_logger().info(f'From the next decision on: {changed}.')
