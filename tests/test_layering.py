@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -52,21 +53,34 @@ def test_the_thinking_packages_do_not_import_one_another(package: str) -> None:
         assert not known, f'{name_of(path)} imports {known}.'
 
 
+#: With ROS 2, or with another package that is named.
+COME_WITH_OTHERS = {'ament_index_python', 'domain_coordinator', 'pybullet_data', 'pybullet_utils'}
+#: What is imported: its key in rosdep (None: it has none), its name for pip.
+KEYS = {
+    'backports': (None, 'backports.zstd'),
+    'cv2': ('python3-opencv', 'opencv-python-headless'),
+    'distributed': (None, 'distributed'),
+    'lz4': (None, 'lz4'),
+    'matplotlib': ('python3-matplotlib', 'matplotlib'),
+    'numpy': ('python3-numpy', 'numpy'),
+    'psutil': ('python3-psutil', 'psutil'),
+    'pyarrow': (None, 'pyarrow'),
+    'pybullet': ('pybullet-pip', 'pybullet'),
+    'rich': ('python3-rich', 'rich'),
+    'rosbags': ('python3-rosbags-pip', 'rosbags'),
+    'scipy': ('python3-scipy', 'scipy'),
+    'sklearn': ('python3-sklearn', 'scikit-learn'),
+    'sqlalchemy': ('python3-sqlalchemy', 'sqlalchemy'),
+    'typer': ('python3-typer', 'typer'),
+    'yaml': ('python3-yaml', 'pyyaml'),
+}
+
+
 @pytest.mark.parametrize('package', PACKAGES)
 def test_a_package_has_no_import_its_manifest_does_not_name(package: str) -> None:
     manifest = (SOURCES / package / 'package.xml').read_text(encoding='utf-8')
     ours = {name for p in (SOURCES / package / package).rglob('*.py') for name in imported(p)}
-    keys = {
-        'numpy': 'python3-numpy',
-        'scipy': 'python3-scipy',
-        'cv2': 'python3-opencv',
-        'yaml': 'python3-yaml',
-    }
-    keys |= {'typer': 'python3-typer', 'rich': 'python3-rich', 'matplotlib': 'python3-matplotlib'}
-    keys |= {'pybullet': 'pybullet-pip', 'psutil': 'python3-psutil'}
-    keys |= {'rosbags': 'python3-rosbags-pip', 'pyarrow': 'python3-pyarrow-pip'}
-    keys |= {'lz4': 'python3-lz4'}
-    keys |= {'sklearn': 'python3-sklearn', 'sqlalchemy': 'python3-sqlalchemy'}
+    keys = {name: key for name, (key, _) in KEYS.items() if key}
     keys |= {
         n: n
         for n in ours
@@ -77,3 +91,16 @@ def test_a_package_has_no_import_its_manifest_does_not_name(package: str) -> Non
         keys[name] for name in ours & keys.keys() if f'>{keys[name]}<' not in manifest
     )
     assert not missing, f'{package}/package.xml does not name {missing}.'
+
+
+@pytest.mark.parametrize('package', PACKAGES)
+def test_a_package_has_no_import_its_setup_does_not_name(package: str) -> None:
+    setup = (SOURCES / package / 'setup.py').read_text(encoding='utf-8')
+    ours = {name for p in (SOURCES / package / package).rglob('*.py') for name in imported(p)}
+    known = {*sys.stdlib_module_names, *PACKAGES, *ROS, *COME_WITH_OTHERS, *KEYS}
+    strangers = {name for name in ours - known if not name.endswith('_msgs')}
+    assert not strangers, f'KEYS does not know {strangers}.'
+    missing = sorted(
+        pip for name, (_, pip) in KEYS.items() if name in ours and f"'{pip}" not in setup
+    )
+    assert not missing, f'{package}/setup.py does not name {missing}.'
