@@ -6,6 +6,7 @@ is carried out once: the cell's way from the beginning hangs on the actions alon
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
@@ -38,12 +39,12 @@ class Stage:
 
     def __init__(self, name: str, x_i: State, seed: int) -> None:
         self._name, self._x_i, self._seed = name, x_i, seed
-        self._cell = _robots_cell(name)
+        self._robots = _robots_cell(name)
         self._eyes: Watcher | None = None
         self._made: Actions = ()
         self._known: dict[Actions, Done] = {}
         self._helped: dict[tuple[Actions, State], TableView] = {}
-        self.beginning = self._begin(self._cell)
+        self.beginning = self._begin_anew()
         #: Actions that were really carried out.
         self.carried_out = 0
 
@@ -52,7 +53,7 @@ class Stage:
         wanted = (*before, action)
         if wanted not in self._known:
             self._go_to(before)
-            self._known[wanted] = self._carry_out(self._cell, action)
+            self._known[wanted] = self._carry_out(self._robots.cell, action)
             self._made = wanted
         return self._known[wanted]
 
@@ -72,11 +73,16 @@ class Stage:
 
     def _go_to(self, wanted: Actions) -> None:
         """Bring the robot's cell to where those actions lead."""
-        if self._eyes is not None and self._made == wanted:
+        mine = self._robots.stage is self and self._eyes is not None
+        if mine and self._made == wanted:
             return
-        self._begin(self._cell)
+        self._begin_anew()
         for action in wanted:
-            self._carry_out(self._cell, action)
+            self._carry_out(self._robots.cell, action)
+
+    def _begin_anew(self) -> TableView:
+        self._robots.stage = self
+        return self._begin(self._robots.cell)
 
     def _begin(self, cell: Cell) -> TableView:
         cell.restart(self._seed)
@@ -96,7 +102,17 @@ class Stage:
         return Done(report, self._eyes.at_rest(self._name))
 
 
+@dataclass
+class _RobotsCell:
+    """A cell in which no person ever acts: what follows a restart is the same to the last bit.
+
+    stage: whose actions it carried out last.
+    """
+
+    cell: Cell
+    stage: Stage | None = None
+
+
 @cache
-def _robots_cell(name: str) -> Cell:
-    """A cell in which no person ever acts: what follows a restart is the same to the last bit."""
-    return new_cell(name)
+def _robots_cell(name: str) -> _RobotsCell:
+    return _RobotsCell(new_cell(name))
