@@ -52,6 +52,42 @@ class Way(StrEnum):
         return self in (Way.INTERACTIVE, Way.SEQUENTIAL_WITH_HELP)
 
 
+class Estimate(NamedTuple):
+    """Which estimate of p(X_f | X_i, A) the robot acts on.
+
+    Attributes:
+        concentration: pseudo-count of every final state; 0: maximum likelihood.
+        shared: whether instead the trials of all objects choose the prior together.
+    """
+
+    concentration: float = 0.0
+    shared: bool = False
+
+    def counted(self, model: RobotModel, name: str) -> TransitionModel:
+        """The trials of one object with this prior."""
+        return model.counted(name, *self)
+
+    def known(self, model: RobotModel, name: str) -> GoalModel:
+        """What the robot acts on."""
+        return model.goal_model(name, concentration=self.concentration, shared=self.shared)
+
+    def worlds(
+        self, model: RobotModel, name: str, rng: np.random.Generator, samples: int
+    ) -> FloatArray:
+        """Worlds drawn from the posterior, shape [world, x_i, a, x_f].
+
+        Maximum likelihood alone would be certain after one trial: it gets the default prior.
+        """
+        counted = self.counted(model, name)
+        sure = not np.any(counted.prior)
+        return sample_transitions(
+            TransitionModel(counted.counts, CONCENTRATION) if sure else counted, rng, samples
+        )
+
+
+MAXIMUM_LIKELIHOOD = Estimate()
+
+
 class Case(NamedTuple):
     """What a person shows: one cell of the table before its changes are averaged."""
 
@@ -79,7 +115,7 @@ def forecasts(
     model: RobotModel,
     cases: list[Case],
     rng: np.random.Generator,
-    concentration: float = 0.0,
+    estimate: Estimate = MAXIMUM_LIKELIHOOD,
     worlds: int = WORLDS,
 ) -> dict[tuple[Case, Way], Forecast]:
     """Every case in every way.
@@ -88,17 +124,13 @@ def forecasts(
         model: what the robot learned.
         cases: of objects the model knows.
         rng: draws the worlds.
-        concentration: of the point estimate that the robot acts on; the worlds are drawn with the
-            default one, since maximum likelihood alone would be certain after one trial.
+        estimate: that the robot acts on.
         worlds: how many.
     """
-    drawn = {
-        name: sample_transitions(TransitionModel(known.counts, CONCENTRATION), rng, worlds)
-        for name, known in model.objects.items()
-    }
+    drawn = {name: estimate.worlds(model, name, rng, worlds) for name in model.objects}
     return {
         (case, way): forecast(
-            model.goal_model(case.object, concentration=concentration),
+            estimate.known(model, case.object),
             case, way, drawn[case.object],
         )
         for case in cases
