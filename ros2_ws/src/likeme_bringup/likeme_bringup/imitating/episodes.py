@@ -14,14 +14,18 @@ from likeme_bringup.imitating.watching import shown
 from likeme_bringup.learning.trial_cell import ATTEMPTS
 from likeme_inference.experiments.demonstrations import CHANGES
 from likeme_inference.experiments.executed import Act, Ending, Episode
-from likeme_inference.experiments.forecast import Case
+from likeme_inference.experiments.forecast import Case, Estimate
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.domain import Manner, Mode
 from likeme_inference.tabletop.robot_model import RobotModel
 
-#: Estimates of p(X_f | X_i, A) the robot may act on -> pseudo-count of every final state.
-ESTIMATES = {'maximum likelihood': 0.0, 'Dirichlet': CONCENTRATION}
+#: Estimates of p(X_f | X_i, A) the robot may act on.
+ESTIMATES = {
+    'maximum likelihood': Estimate(),
+    'Dirichlet': Estimate(CONCENTRATION),
+    'shared prior': Estimate(shared=True),
+}
 
 
 class Task(NamedTuple):
@@ -62,9 +66,9 @@ def make_episode(task: Task, model_text: str) -> Episode:
     endings: dict[str, dict[Mode, Ending]] = {name: {} for name in ESTIMATES}
     if acts:
         stage = _stage(task)
-        for name, concentration in ESTIMATES.items():
+        for name, estimate in ESTIMATES.items():
             for mode in Mode:
-                settings = settings_of(mode, concentration)
+                settings = settings_of(mode, estimate)
                 endings[name][mode] = imitate(stage, model, settings, acts)
     seen = tuple(Act(int(a.x_i), int(a.x_f), int(a.manner)) for a in acts)
     return Episode(task.case, task.seed, seen, endings)

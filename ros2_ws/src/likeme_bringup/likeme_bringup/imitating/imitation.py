@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from likeme_bringup.imitating.stage import Stage
 from likeme_inference.experiments.executed import Ending
-from likeme_inference.experiments.forecast import BUDGET, THRESHOLD
+from likeme_inference.experiments.forecast import BUDGET, THRESHOLD, Estimate
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import Action, Mode
 from likeme_inference.tabletop.imitation import Settings
@@ -18,10 +18,13 @@ from likeme_inference.tabletop.values import Decision, Demonstration, Outcome, R
 Told = Decision | Outcome | Remark | None
 
 
-def settings_of(mode: Mode, concentration: float) -> Settings:
+def settings_of(mode: Mode, estimate: Estimate) -> Settings:
     """The robot's settings: sequential asks when it can do no more, interactive below half."""
     threshold = 0.0 if mode is Mode.SEQUENTIAL else THRESHOLD
-    return Settings(mode, threshold, BUDGET, concentration=concentration, turn_delay=0.0)
+    return Settings(
+        mode, threshold, BUDGET, concentration=estimate.concentration,
+        shared_prior=estimate.shared, turn_delay=0.0,
+    )  # fmt: skip
 
 
 def imitate(

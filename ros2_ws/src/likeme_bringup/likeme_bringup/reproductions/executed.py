@@ -30,7 +30,7 @@ from likeme_inference.experiments.executed import (
     reliability,
     score,
 )
-from likeme_inference.experiments.forecast import BUDGET, THRESHOLD, Way, forecasts
+from likeme_inference.experiments.forecast import BUDGET, THRESHOLD, Estimate, Way, forecasts
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import TABLETOP, Manner
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -89,7 +89,7 @@ def report_executed(options: Options) -> Report:
         made = episodes(wanted, text, journal, workers, Console(stderr=True))
     except EpisodeFailedError as error:
         raise ValueError(str(error)) from error
-    found = {name: findings(model, made, name, prior) for name, prior in ESTIMATES.items()}
+    found = {name: findings(model, made, name, by) for name, by in ESTIMATES.items()}
     document = _document(model, seeds, made, found)
     return Report(
         document,
@@ -114,16 +114,16 @@ def _objects(model: RobotModel) -> tuple[str, ...]:
     return known
 
 
-def findings(
-    model: RobotModel, made: list[Episode], estimate: str, concentration: float
-) -> Findings:
-    """Count the episodes of one estimate and hold them against the model's forecasts."""
+def findings(model: RobotModel, made: list[Episode], estimate: str, by: Estimate) -> Findings:
+    """Count the episodes of one estimate and hold them against the model's forecasts.
+
+    estimate: its name in the episodes. by: the estimate.
+    """
     rng = np.random.default_rng(WORLDS_SEED)
-    expected = forecasts(model, list(grouped(made, lambda e: e.case)), rng, concentration)
+    expected = forecasts(model, list(grouped(made, lambda e: e.case)), rng, by)
 
     def predicted(name: str, x_i: int, action: int, x_f: int) -> float:
-        known = model.goal_model(name, concentration=concentration)
-        return float(known.transition[x_i, action, x_f])
+        return float(by.known(model, name).transition[x_i, action, x_f])
 
     def scores(group: tuple[Episode, ...]) -> dict[Way, Score]:
         return {way: score(group, estimate, way, expected) for way in Way}
