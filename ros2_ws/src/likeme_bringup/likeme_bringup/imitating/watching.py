@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -55,6 +56,8 @@ def lone_cell(name: str) -> Iterator[Cell]:
     A person's grip changes the order in which bullet solves its constraints for good, so a cell in
     which a person acted goes another way afterwards but for rounding: it is not used again.
     """
+    # A cell is a knot of references, tens of MB of them: the last one goes before the next comes.
+    gc.collect()
     cell = new_cell(name)
     try:
         yield cell

@@ -74,7 +74,8 @@ def _tallies(campaign: Campaign, store: ExperienceStore) -> list[Tally]:
         for trial in store.trials(campaign.robot, campaign.name)
         if trial.key.identity in planned
     )
+    order = campaign.objects.index
     return [
-        Tally(campaign.robot, campaign.name, pair, x_f, count)
-        for (pair, x_f), count in sorted(ends.items())
+        Tally(campaign.robot, campaign.name, pair, x_f, ends[pair, x_f])
+        for pair, x_f in sorted(ends, key=lambda end: (order(end[0].object), end))
     ]
