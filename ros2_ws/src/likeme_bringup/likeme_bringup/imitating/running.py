@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, Future, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from itertools import islice
 
 from rich.console import Console
 from rich.progress import (
@@ -20,7 +21,7 @@ from rich.progress import (
 
 from likeme_bringup.imitating.episodes import Task, make_episode
 from likeme_bringup.imitating.journal import Journal
-from likeme_bringup.learning.offline import local_crew
+from likeme_bringup.learning.offline import Crew, local_crew
 from likeme_inference.experiments.executed import Episode
 
 #: s between lines where there is no terminal.
@@ -41,26 +42,33 @@ def episodes(
     if missing:
         try:
             with local_crew(workers) as crew, _telling(len(wanted), len(missing), console) as told:
-                for made in _made(crew.executor, missing, model_text):
+                for made in _made(crew, missing, model_text):
                     journal.add(made)
                     told.one_more()
         except BrokenProcessPool:
             raise ChildProcessError(
                 'A process that makes episodes died. The same command goes on from here.'
             ) from None
+        except KeyboardInterrupt:
+            console.print('Stopped. The same command goes on from here.')
+            raise
     return [journal.episodes[task] for task in wanted]
 
 
-def _made(executor: Executor, missing: Sequence[Task], model_text: str) -> Iterator[Episode]:
-    running: list[Future[Episode]] = [
-        executor.submit(make_episode, task, model_text) for task in missing
-    ]
-    try:
-        for future in as_completed(running):
+def _made(crew: Crew, missing: Sequence[Task], model_text: str) -> Iterator[Episode]:
+    """Episodes as they come.
+
+    Each process has one at a time: what was handed out ahead could not be called back by Ctrl-C.
+    """
+    tasks, running = iter(missing), set[Future[Episode]]()
+    while True:
+        for task in islice(tasks, crew.size - len(running)):
+            running.add(crew.executor.submit(make_episode, task, model_text))
+        if not running:
+            return
+        done, running = wait(running, return_when=FIRST_COMPLETED)
+        for future in done:
             yield future.result()
-    finally:
-        for future in running:
-            future.cancel()
 
 
 class _Telling:

@@ -80,4 +80,9 @@ def _bars(document: Mapping[str, Any]) -> list[str]:
     for name, bar in document['bars'].items():
         verdict = 'met' if bar['met'] else 'MISSED'
         lines.append(f'{name:44}{bar["measured"]:.3f} {bar["rule"]} {bar["bar"]:.3f}  {verdict}')
+    if document['averages'][Way.INTERACTIVE]['predicted_help_rate'] == 0:
+        lines.append(
+            f'No best action is predicted to succeed with less than {document["threshold"]:.2f}: '
+            'the interactive mode never asks and does what goal_based does.'
+        )
     return lines
