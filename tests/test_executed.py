@@ -19,7 +19,7 @@ from likeme_bringup.learning.trial_cell import simulated_robot
 from likeme_bringup.reproduce import app
 from likeme_bringup.reproductions.models import model_of
 from likeme_bringup.reproductions.report import Options
-from likeme_inference.experiments.executed import Act, Episode
+from likeme_inference.experiments.episode import Act, Episode
 from likeme_inference.experiments.forecast import Case
 from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.model_file import format_model, shipped

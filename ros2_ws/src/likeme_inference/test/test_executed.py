@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from likeme_inference.experiments.episode import Act, Ending, Episode
 from likeme_inference.experiments.executed import (
-    Act,
-    Ending,
-    Episode,
     checked,
     difference,
     error_of,

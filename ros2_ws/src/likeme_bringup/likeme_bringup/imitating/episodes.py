@@ -13,7 +13,7 @@ from likeme_bringup.imitating.stage import Stage
 from likeme_bringup.imitating.watching import shown
 from likeme_bringup.learning.trial_cell import ATTEMPTS
 from likeme_inference.experiments.demonstrations import CHANGES
-from likeme_inference.experiments.executed import Act, Ending, Episode
+from likeme_inference.experiments.episode import Act, Ending, Episode
 from likeme_inference.experiments.forecast import Case, Estimate
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.dirichlet import CONCENTRATION

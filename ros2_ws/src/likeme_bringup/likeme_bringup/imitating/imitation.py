@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from likeme_bringup.imitating.stage import Stage
-from likeme_inference.experiments.executed import Ending
+from likeme_inference.experiments.episode import Ending
 from likeme_inference.experiments.forecast import BUDGET, THRESHOLD, Estimate
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import Action, Mode

@@ -19,7 +19,7 @@ import likeme_bringup
 import likeme_inference
 import likeme_perception
 from likeme_bringup.imitating.episodes import Task
-from likeme_inference.experiments.executed import Act, Ending, Episode
+from likeme_inference.experiments.episode import Act, Ending, Episode
 from likeme_inference.experiments.forecast import BUDGET, THRESHOLD, Case
 from likeme_inference.tabletop.domain import Manner, Mode, State
 

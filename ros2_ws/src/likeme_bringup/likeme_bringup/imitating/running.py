@@ -22,7 +22,7 @@ from rich.progress import (
 from likeme_bringup.imitating.episodes import Task, make_episode
 from likeme_bringup.imitating.journal import Journal
 from likeme_bringup.learning.offline import Crew, local_crew
-from likeme_inference.experiments.executed import Episode
+from likeme_inference.experiments.episode import Episode
 
 #: s between lines where there is no terminal.
 EVERY = 20.0
