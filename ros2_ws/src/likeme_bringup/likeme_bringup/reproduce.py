@@ -12,12 +12,19 @@ import typer
 from likeme_bringup.reproductions.registry import REPRODUCTIONS
 from likeme_bringup.reproductions.report import Options, Report, save_figure
 
+INTERRUPTED = 130
+
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 
 @app.command()
 def reproduce(
-    name: Annotated[str, typer.Argument(help='What to compute, or all. See --list.')] = '',
+    name: Annotated[
+        str,
+        typer.Argument(
+            help='What to compute, or all that takes a few minutes at most. See --list.'
+        ),
+    ] = '',
     as_json: Annotated[
         bool, typer.Option('--json', help='One JSON document on stdout and nothing else.')
     ] = False,
@@ -26,7 +33,7 @@ def reproduce(
     ] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help='Independent repetitions.')] = None,
     model: Annotated[
-        str | None, typer.Option(help='shipped, learned, or the path of a model file.')
+        str | None, typer.Option(help='shipped, learned, a model file, or an experience store.')
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help='Processes.')] = None,
     listing: Annotated[bool, typer.Option('--list', help='List the names and stop.')] = False,
@@ -36,7 +43,8 @@ def reproduce(
         for known, reproduction in REPRODUCTIONS.items():
             print(f'{known:18} {reproduction.about}')
         return
-    names = list(REPRODUCTIONS) if name == 'all' else [name]
+    quick = [known for known, reproduction in REPRODUCTIONS.items() if reproduction.in_all]
+    names = quick if name == 'all' else [name]
     options = Options(seeds, model, workers)
     _check(name, options)
     reports = {each: _report(each, options) for each in names}
@@ -74,6 +82,9 @@ def _report(name: str, options: Options) -> Report:
     except (ValueError, OSError) as error:
         print(f'reproduce: {name}: {error}', file=sys.stderr)
         raise typer.Exit(1) from error
+    except KeyboardInterrupt:
+        print(f'reproduce: {name}: stopped.', file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _refuse(sentence: str) -> None:

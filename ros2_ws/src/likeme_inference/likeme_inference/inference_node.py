@@ -75,6 +75,7 @@ class InferenceNode(Node):
         mode: trajectory, goal_based, interactive or sequential
         policy: direct or explored
         action_budget: actions the sequential mode may spend on one demonstration
+        shared_prior: whether the trials of all objects choose the prior together
         soft_evidence: whether perception's probabilities of x_i and x_f count
         goal_prior: p(LEFT), p(RIGHT), p(OFFTABLE) before anything is shown
         model_file: path of a model file; empty: the shipped one

@@ -50,6 +50,10 @@ OTHERS: dict[str, tuple[Any, str]] = {
     'mode': (str(Mode.INTERACTIVE), ', '.join(Mode)),
     'policy': (str(Policy.DIRECT), ', '.join(Policy)),
     'action_budget': (3, 'actions the sequential mode may spend on one demonstration, 1 to 100'),
+    'shared_prior': (
+        False,
+        'whether the trials of all objects choose the prior together; concentration is not used',
+    ),
     'soft_evidence': (True, "whether perception's probabilities of x_i and x_f count"),
     'goal_prior': ([1 / 3, 1 / 3, 1 / 3], 'p(LEFT), p(RIGHT), p(OFFTABLE); sums to 1'),
     'model_file': ('', 'path of a model file; empty: the shipped one'),
@@ -120,6 +124,7 @@ def read_settings(values: Mapping[str, Any]) -> Settings:
         action_budget=values['action_budget'],
         policy=Policy(values['policy']),
         concentration=values['concentration'],
+        shared_prior=values['shared_prior'],
         soft_evidence=values['soft_evidence'],
         goal_prior=tuple(values['goal_prior']),
         turn_timeout=values['turn_timeout'],

@@ -7,8 +7,13 @@ from likeme_inference.experience.policy import InformationGain
 from likeme_inference.experience.trial import no_counts
 from likeme_inference.experiments.exploration import Way, exploration, world_of
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
+from likeme_inference.tabletop.domain import Manner
 from likeme_inference.tabletop.exploration import help_rate, information_gain
+from likeme_inference.tabletop.imitation import Settings, decide
+from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
+from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.values import Demonstration, TableView
 
 CHANGES = ((0, 1), (0, 2), (1, 0), (1, 2))
 WORLD = world_of(shipped())
@@ -84,3 +89,26 @@ def test_directed_trials_are_worth_more_than_uniform_ones():
     directed = exploration(WORLD, Way.INFORMATION_GAIN, 40, (72,))[-1]
     uniform = exploration(WORLD, Way.UNIFORM, 400, (72,))
     assert directed.mean[0] < min(curve.mean[0] for curve in uniform) - 2 * directed.error[0]
+
+
+def test_a_robot_may_act_on_the_prior_that_its_trials_choose_together():
+    model = shipped()
+    counts = np.array([known.counts for known in model.objects.values()], dtype=float)
+    alpha = counts + shared_prior(counts, fitted(counts, rounds=3))
+    for o, name in enumerate(model.objects):
+        expected = alpha[o] / alpha[o].sum(axis=-1, keepdims=True)
+        assert model.goal_model(name, shared=True).transition == pytest.approx(expected)
+        assert model.counted(name, 0.09).pseudo_counts == pytest.approx(counts[o] + 0.09)
+    demo = Demonstration(0, '', 'pear', State.RIGHT, State.LEFT, Manner.PLACE, 0, 0)
+    view = TableView(1, '', True, {'pear': State.RIGHT})
+    decision = decide(model, Settings(shared_prior=True), demo, view, 1)
+    row = alpha[0, State.RIGHT, Action.PUSH_LEFT]
+    assert decision.predicted_success == pytest.approx(row[State.LEFT] / row.sum())
+
+
+def test_a_shared_prior_is_of_the_tabletop():
+    domain = Domain(('here', 'there'), ('go',))
+    rows = (TrialCounts('ball', 0, 0, (1, 2), 'me'),)
+    model = RobotModel('other', '1', {'me': 'Me.'}, rows, domain)
+    with pytest.raises(ValueError, match='Expected the states and actions of the tabletop'):
+        model.counted('ball', shared=True)

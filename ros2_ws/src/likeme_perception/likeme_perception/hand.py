@@ -196,7 +196,8 @@ class IntruderSegmenter:
 
 def _box(pixels: list[Index], width: int) -> Box | None:
     """First and last row and column of some pixels with a margin for loose pieces."""
-    if not pixels:
+    # What reached in may have been cut away whole: all of it looked like the thing it holds.
+    if not any(len(piece) for piece in pixels):
         return None
     rows, columns = np.divmod(np.concatenate(pixels), width)
     return (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -242,3 +244,10 @@ def test_an_object_can_be_added_to_the_catalogue_from_frames(
     seen = settle(studio.perception(known), studio, pear(0.4, -0.1), lemon(0.5, 0.2))
     assert seen.object('banana').state is State.LEFT
     assert len(seen.things) == 1
+
+
+def test_what_reaches_in_may_look_like_a_known_thing_all_over(studio, catalogue, forearm) -> None:
+    perception = studio.perception(catalogue)
+    painted = replace(forearm(0.62, 0.1, 0.03), colour=(235, 205, 40))
+    seen = [perception.process(studio.frame(painted)) for _ in range(3)]
+    assert all(len(table.objects) == 2 for table in seen)

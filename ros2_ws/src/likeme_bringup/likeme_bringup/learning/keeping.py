@@ -92,13 +92,14 @@ def import_command(
 
 def _import(store: ExperienceStore, source: str) -> Recorded:
     path = Path(source)
-    if '://' not in source and not _is_sqlite(path):
+    if '://' not in source and not is_sqlite(path):
         return store.record(trial_file.load(path))
     with closing(ExperienceStore(source, create=False)) as other:
         return store.record(list(other.trials()))
 
 
-def _is_sqlite(path: Path) -> bool:
+def is_sqlite(path: Path) -> bool:
+    """Whether a file is an SQLite database."""
     try:
         with path.open('rb') as file:
             return file.read(16) == b'SQLite format 3\0'

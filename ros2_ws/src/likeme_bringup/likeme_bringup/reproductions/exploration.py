@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from likeme_bringup.reproductions.exploration_figure import curves_figure
+from likeme_bringup.reproductions.models import LEARNED, model_of
 from likeme_bringup.reproductions.report import Options, Report, Reproduction
-from likeme_bringup.reproductions.tabletop import model_of
 from likeme_inference.experiments.exploration import (
     CHECKPOINTS,
     Curve,
@@ -15,29 +16,70 @@ from likeme_inference.experiments.exploration import (
     world_of,
 )
 from likeme_inference.tabletop.exploration import help_rate
+from likeme_inference.tabletop.robot_model import RobotModel
 
 SEEDS = 200
+#: The simulated cell as a world: so many trials of each pair, none of which it learned from.
+WORLD_SEED, WORLD_REPETITIONS = 2, 40
+
+
+class World(NamedTuple):
+    """What became of exploring one world.
+
+    Attributes:
+        name: whose relative frequencies the world is.
+        known: help rate of who knows the world.
+        curves: one for each way and estimate.
+    """
+
+    name: str
+    known: float
+    curves: list[Curve]
 
 
 def report_exploration(options: Options) -> Report:
-    """Help rate against trials for each way to explore, in the world of a model."""
-    model, seeds = model_of(options), options.seeds or SEEDS
-    world = world_of(model)
-    known = float(help_rate(world, world))
-    curves = [curve for way in Way for curve in exploration(world, way, seeds)]
-    document = {
-        'world': model.label,
-        'seeds': seeds,
-        'world_known': known,
-        'trials': list(CHECKPOINTS),
-        'curves': [_row(curve) for curve in curves],
-    }
-    title = f'World: {model.label}; {seeds} seeds'
+    """Help rate against trials for each way to explore, in each world by itself."""
+    seeds = options.seeds or SEEDS
+    worlds = [_explored(model, seeds) for model in _models(options)]
+    first, *others = [_document(world) for world in worlds]
+    document = {'seeds': seeds, 'trials': list(CHECKPOINTS), **first}
+    document |= {'beside': others[0]} if others else {}
     return Report(
         document,
-        _text(title, known, curves),
-        lambda: curves_figure(title, CHECKPOINTS, curves, known),
+        '\n'.join(_text(f'World: {w.name}; {seeds} seeds', w.known, w.curves) for w in worlds),
+        lambda: curves_figure(
+            {f'{w.name}; {seeds} seeds': (w.curves, w.known) for w in worlds}, CHECKPOINTS
+        ),
     )
+
+
+def _models(options: Options) -> list[RobotModel]:
+    """The worlds: the model's, and for the simulated cell the real robot's beside it."""
+    if options.model != LEARNED:
+        return [model_of(options)]
+    # Takes a second to import.
+    from likeme_bringup.learning.self_taught import self_taught
+
+    cell = self_taught(options.workers, WORLD_SEED, WORLD_REPETITIONS)
+    return [replace(cell, name='simulated_cell'), model_of(Options())]
+
+
+def _explored(model: RobotModel, seeds: int) -> World:
+    world = world_of(model)
+    curves = [curve for way in Way for curve in exploration(world, way, seeds)]
+    return World(f'{model.label}{_trials(model)}', float(help_rate(world, world)), curves)
+
+
+def _trials(model: RobotModel) -> str:
+    return f' ({sum(known.trials for known in model.objects.values())} trials)'
+
+
+def _document(world: World) -> dict[str, Any]:
+    return {
+        'world': world.name,
+        'world_known': world.known,
+        'curves': [_row(curve) for curve in world.curves],
+    }
 
 
 def _row(curve: Curve) -> dict[str, Any]:
@@ -69,6 +111,6 @@ REPRODUCTIONS = {
     'exploration': Reproduction(
         'Directed exploration: help rate against trials',
         report_exploration,
-        frozenset({'seeds', 'model'}),
+        frozenset({'seeds', 'model', 'workers'}),
     ),
 }

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from likeme_bringup.reproductions import exploration, gaze, gaze_blindfold, tabletop
+from likeme_bringup.reproductions import executed, exploration, gaze, gaze_blindfold, tabletop
 from likeme_bringup.reproductions.report import Reproduction
 
 REPRODUCTIONS: Mapping[str, Reproduction] = MappingProxyType(
     {
         **tabletop.REPRODUCTIONS,
+        **executed.REPRODUCTIONS,
         **exploration.REPRODUCTIONS,
         **gaze.FIGURES,
         **gaze_blindfold.FIGURES,

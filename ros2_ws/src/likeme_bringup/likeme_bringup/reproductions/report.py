@@ -17,7 +17,7 @@ class Options:
 
     Attributes:
         seeds: how many independent repetitions.
-        model: `shipped`, `learned`, or the path of a model file.
+        model: `shipped`, `learned`, or the path of a model file or an experience store.
         workers: processes to spread the work over.
     """
 
@@ -51,11 +51,13 @@ class Reproduction(NamedTuple):
         about: one line for the list.
         report: computes it.
         takes: names of the Options it uses; others are refused.
+        in_all: whether `all` runs it, too; not what takes much longer than the others.
     """
 
     about: str
     report: Callable[[Options], Report]
     takes: frozenset[str] = frozenset()
+    in_all: bool = True
 
 
 def save_figure(report: Report, folder: Path, name: str) -> list[Path]:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from likeme_bringup.reproductions import tabletop_figures as figures
+from likeme_bringup.reproductions.models import model_of
 from likeme_bringup.reproductions.report import Options, Report, Reproduction
 from likeme_inference.experiments.fig7 import Bars, fig7
 from likeme_inference.experiments.fig8 import Case, fig8
@@ -19,13 +19,8 @@ from likeme_inference.tabletop.domain import Action, Manner, State
 from likeme_inference.tabletop.robot_model import RobotModel
 
 THRESHOLD = 0.5
-
-
-def model_of(options: Options) -> RobotModel:
-    """The model an option names; `shipped` is the paper's own robot."""
-    if options.model in (None, 'shipped'):
-        return model_file.shipped()
-    return model_file.load(Path(options.model).expanduser())
+#: Options of every reproduction here; workers make the trials of `--model learned`.
+TAKES = frozenset({'model', 'workers'})
 
 
 def report_table1(options: Options) -> Report:
@@ -78,35 +73,43 @@ def _table1_text(model: RobotModel, result: Table1) -> str:
 
 
 def report_fig7(options: Options) -> Report:
-    """Fig 7."""
-    model = model_of(options)
-    bars = fig7(model)
-    rows = [
-        {
-            'object': bar.object,
-            'x_i': bar.x_i.name,
-            'action': bar.action.name,
-            'probability': bar.probability,
-            'low': bar.low,
-            'high': bar.high,
-            'trials': bar.trials,
-        }
-        for bar in bars
-    ]
-    document = {'model': model.label, 'states': [state.name for state in State], 'rows': rows}
-    return Report(document, _fig7_text(model, bars), lambda: figures.fig7(bars))
+    """Fig 7; another robot of the same objects beside the paper's."""
+    model, papers = model_of(options), model_file.shipped()
+    series = {model.label: fig7(model)}
+    if set(model.objects) == set(papers.objects):
+        series.setdefault(papers.label, fig7(papers))
+    document: dict[str, Any] = {
+        'model': model.label,
+        'states': [state.name for state in State],
+        'rows': _fig7_rows(series[model.label]),
+    }
+    others = [label for label in series if label != model.label]
+    if others:
+        document['beside'] = {'model': others[0], 'rows': _fig7_rows(series[others[0]])}
+    return Report(document, _fig7_text(series), lambda: figures.fig7(series))
 
 
-def _fig7_text(model: RobotModel, bars: list[Bars]) -> str:
+def _fig7_rows(bars: list[Bars]) -> list[dict[str, Any]]:
+    return [bar._asdict() | {'x_i': bar.x_i.name, 'action': bar.action.name} for bar in bars]
+
+
+def _fig7_text(series: dict[str, list[Bars]]) -> str:
+    (label, bars), *others = series.items()
+    beside = {(b.object, b.x_i, b.action): b for _, known in others for b in known}
+    who = ''.join(f'; in brackets {name}' for name, _ in others)
     lines = [
-        f'Fig 7: p(X_f | X_i, A) of {model.label}, with 95 % credible bounds.',
+        f'Fig 7: p(X_f | X_i, A) of {label}, with 95 % credible bounds{who}.',
         f'{"object":10}{"x_i":8}{"action":16}{"trials":>6}'
-        + ''.join(f'{state.name:>20}' for state in State),
+        + ''.join(f'{state.name:>{27 if others else 20}}' for state in State),
     ]
     for bar in bars:
+        other = beside.get((bar.object, bar.x_i, bar.action))
         cells = ''.join(
             f'{p:8.2f} [{low:.2f}, {high:.2f}]'
-            for p, low, high in zip(bar.probability, bar.low, bar.high, strict=True)
+            + (f' ({other.probability[k]:.2f})' if other else '')
+            for k, (p, low, high) in enumerate(
+                zip(bar.probability, bar.low, bar.high, strict=True)
+            )
         )
         lines.append(f'{bar.object:10}{bar.x_i.name:8}{bar.action.name:16}{bar.trials:6}{cells}')
     return '\n'.join(lines)
@@ -221,17 +224,15 @@ def report_practice(options: Options) -> Report:
 
 
 REPRODUCTIONS = {
-    'table1': Reproduction(
-        'Table 1: success of three ways to imitate', report_table1, frozenset({'model'})
-    ),
-    'fig7': Reproduction('Fig 7: the learned transitions', report_fig7, frozenset({'model'})),
-    'fig8': Reproduction('Fig 8: goals, actions, predictions', report_fig8, frozenset({'model'})),
+    'table1': Reproduction('Table 1: success of three ways to imitate', report_table1, TAKES),
+    'fig7': Reproduction('Fig 7: the learned transitions', report_fig7, TAKES),
+    'fig8': Reproduction('Fig 8: goals, actions, predictions', report_fig8, TAKES),
     'sequential': Reproduction(
-        'Acting more than once (beyond the paper)', report_sequential, frozenset({'model'})
+        'Acting more than once (beyond the paper)', report_sequential, TAKES
     ),
     'practice': Reproduction(
         'Goal-based exploration and where it converges (Methods)',
         report_practice,
-        frozenset({'model', 'seeds'}),
+        TAKES | {'seeds'},
     ),
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -72,17 +72,25 @@ def _style_table1(drawn: object, result: Table1) -> None:
             line += 1
 
 
-def fig7(bars: Sequence[Bars]) -> Figure:
-    """Objects by initial states; for each action three bars, one a final state."""
-    objects = list(dict.fromkeys(bar.object for bar in bars))
+def fig7(series: Mapping[str, Sequence[Bars]]) -> Figure:
+    """Objects by initial states; for each action three bars, one a final state.
+
+    series: name of a robot -> its bars; several robots stand beside each other.
+    """
+    every = [bar for bars in series.values() for bar in bars]
+    objects = list(dict.fromkeys(bar.object for bar in every))
     states = [state for state in State if state not in OUT_OF_REACH]
-    figure = Figure(figsize=(9.0, 2.3 * len(objects) + 0.7), layout='constrained')
-    grid = figure.subplots(len(objects), len(states), sharey=True, squeeze=False)
+    columns = [(robot, x_i) for robot in series for x_i in states]
+    size = 1.25 + 3.875 * len(columns), 2.3 * len(objects) + 0.7
+    figure = Figure(figsize=size, layout='constrained')
+    grid = figure.subplots(len(objects), len(columns), sharey=True, squeeze=False)
     for row, name in zip(grid, objects, strict=True):
-        for axes, x_i in zip(row, states, strict=True):
-            shown = [bar for bar in bars if (bar.object, bar.x_i) == (name, x_i)]
+        for axes, (robot, x_i) in zip(row, columns, strict=True):
+            shown = [bar for bar in series[robot] if (bar.object, bar.x_i) == (name, x_i)]
             _transition_bars(axes, shown)
-            axes.set_title(f'$X_i$ = {x_i.name}' if name == objects[0] else '', fontsize=11)
+            whose = f'{robot}\n' if len(series) > 1 else ''
+            title = f'{whose}$X_i$ = {x_i.name}' if name == objects[0] else ''
+            axes.set_title(title, fontsize=11)
         row[0].set_ylabel(f'{name.capitalize()}\n$P(X_f\\,|\\,X_i, A)$')
     handles = [grid[0, 0].containers[k] for k in (1, 3, 5)]
     figure.legend(

@@ -30,6 +30,7 @@ class Settings:
         policy: where P(A | G, X_i) comes from.
         concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood, as the
             paper has it.
+        shared_prior: whether instead the trials of all objects choose the prior together.
         soft_evidence: whether perception's probabilities of x_i and x_f count, or their modes.
         goal_prior: P(G), indexed by State; sums to 1.
         turn_timeout: s of stamps in which the object must be put back after a demonstration.
@@ -44,6 +45,7 @@ class Settings:
     action_budget: int = 3
     policy: Policy = Policy.DIRECT
     concentration: float = 0.0
+    shared_prior: bool = False
     soft_evidence: bool = True
     goal_prior: tuple[float, ...] = (1 / 3, 1 / 3, 1 / 3)
     turn_timeout: float = 60.0
@@ -127,7 +129,9 @@ def decide(
 
 
 def _goal_model(model: RobotModel, settings: Settings, name: str) -> GoalModel:
-    return model.goal_model(name, settings.goal_prior, settings.policy, settings.concentration)
+    return model.goal_model(
+        name, settings.goal_prior, settings.policy, settings.concentration, settings.shared_prior
+    )
 
 
 def help_request(asking: Decision) -> HelpRequest:

@@ -13,8 +13,9 @@ import numpy as np
 
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.shared_prior import fitted, shared_prior
 from likeme_inference.tabletop.spaces import Domain
-from likeme_inference.tabletop.transition_model import TransitionModel
+from likeme_inference.tabletop.transition_model import FloatArray, TransitionModel
 
 
 class TrialCounts(NamedTuple):
@@ -87,12 +88,38 @@ class RobotModel:
             raise ValueError(f'Expected one of the objects {list(self.objects)}, got {name!r}.')
         return self.objects[name]
 
+    def counted(
+        self, name: str, concentration: float = 0.0, shared: bool = False
+    ) -> TransitionModel:
+        """The trials of one object with a prior.
+
+        Args:
+            name: of the object.
+            concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood.
+            shared: instead the prior that the trials of all objects choose.
+
+        Raises:
+            ValueError: for an object the robot never tried; a shared prior of another table's.
+        """
+        counts = self.model_of(name).counts
+        return TransitionModel(counts, self._shared_prior[name] if shared else concentration)
+
+    @cached_property
+    def _shared_prior(self) -> Mapping[str, FloatArray]:
+        """Object -> the pseudo-counts of shared_prior.py, shape [x_i, a, x_f]."""
+        if self.domain != TABLETOP:
+            raise ValueError('Expected the states and actions of the tabletop, got others.')
+        counts = np.array([known.counts for known in self.objects.values()], dtype=np.float64)
+        prior = shared_prior(counts, fitted(counts, rounds=3))
+        return dict(zip(self.objects, prior, strict=True))
+
     def goal_model(
         self,
         name: str,
         goal_prior: tuple[float, ...] | None = None,
         policy: Policy = Policy.DIRECT,
         concentration: float = 0.0,
+        shared: bool = False,
     ) -> GoalModel:
         """Give the goal-based model of one object; made once for each set of arguments.
 
@@ -101,15 +128,15 @@ class RobotModel:
             goal_prior: P(G), shape [g]; None: uniform.
             policy: which of the paper's two variants.
             concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood.
+            shared: see `counted`.
 
         Raises:
-            ValueError: for an object the robot never tried.
+            ValueError: see `counted`.
         """
-        key = name, goal_prior, policy, concentration
+        key = name, goal_prior, policy, concentration, shared
         if key not in self._goal_models:
-            counted = TransitionModel(self.model_of(name).counts, concentration)
             self._goal_models[key] = GoalModel.of(
-                counted.transition,
+                self.counted(name, concentration, shared).transition,
                 self.domain.goal_matrix,
                 goal_prior,
                 explored=policy is Policy.EXPLORED,

@@ -1,0 +1,1 @@
+"""Imitation carried out in simulated cells of its own: a person shows, the robot imitates."""

@@ -1,0 +1,115 @@
+"""Eyes that see whole tables, and a person's act in front of them."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
+
+from likeme_arm_sim import scene as sim
+from likeme_arm_sim.cell import Actor, Cell, CellSettings
+from likeme_arm_sim.scene import Scene
+from likeme_bringup.learning.eyes import Eyes
+from likeme_bringup.learning.trial_cell import BODY_SEED
+from likeme_bringup.replaying.entries import demonstration_of, view_of
+from likeme_inference.experiments.forecast import Case
+from likeme_inference.tabletop.domain import Action
+from likeme_inference.tabletop.values import Demonstration, TableView
+from likeme_perception import observation
+from likeme_perception.background import Background
+from likeme_perception.config import PerceptionConfig
+from likeme_perception.identification import load_catalogue
+from likeme_perception.observation import TableObservation
+
+#: Physics steps between frames while a person acts: 12 Hz, as in the shipped recordings.
+STEPS_PER_FRAME = 20
+#: s of an empty scene before the hand comes and after it left, for perception to be sure.
+BEFORE, AFTER = 0.5, 1.5
+
+
+class Watcher(Eyes):
+    """Perception of one cell, for those who need more than one object's place."""
+
+    def see(self) -> TableObservation:
+        """A new frame, read."""
+        return self._see()
+
+    def at_rest(self, name: str) -> TableView:
+        """What is where once all is at rest, or after long enough."""
+        self.wait_for_rest(name)
+        assert self._table is not None, 'Somebody looked.'
+        return view_of(self._table)
+
+
+def new_cell(name: str) -> Cell:
+    """A cell with one object in it, like the one in which the robot learned."""
+    settings = replace(CellSettings(), initial_states={})
+    return Cell(replace(Scene(), objects=(name,)), BODY_SEED, settings)
+
+
+@contextmanager
+def lone_cell(name: str) -> Iterator[Cell]:
+    """A new cell for a person to act in; ends at the end.
+
+    A person's grip changes the order in which bullet solves its constraints for good, so a cell in
+    which a person acted goes another way afterwards but for rounding: it is not used again.
+    """
+    # A cell is a knot of references, tens of MB of them: the last one goes before the next comes.
+    gc.collect()
+    cell = new_cell(name)
+    try:
+        yield cell
+    finally:
+        cell.world.client.disconnect()
+
+
+@cache
+def background_of(name: str) -> Background:
+    """What the camera sees of a scene in which nothing moves, learned once in a process."""
+    with lone_cell(name) as cell:
+        cell.restart(BODY_SEED)
+        return watcher(cell, None).learn_background()
+
+
+def watcher(cell: Cell, background: Background | None) -> Watcher:
+    """Fresh eyes on a cell."""
+    return Watcher(cell, PerceptionConfig(), load_catalogue(), background)
+
+
+def shown(case: Case, seed: int) -> tuple[Demonstration, ...]:
+    """A person shows a case in a cell; what perception understands of it, in order."""
+    with lone_cell(case.object) as cell:
+        cell.restart(seed)
+        cell.reset([case.object], [case.x_i], seed)
+        eyes = watcher(cell, background_of(case.object))
+        return by_hand(cell, eyes, case.object, Action.of(case.manner, case.x_f))
+
+
+def by_hand(cell: Cell, eyes: Watcher, name: str, action: Action) -> tuple[Demonstration, ...]:
+    """A person does something; the acts that perception found."""
+    acts: list[Demonstration] = []
+
+    def tick() -> None:
+        if cell.world.steps % STEPS_PER_FRAME == 0:
+            table = eyes.see()
+            acts.extend(_understood(act, table) for act in table.demonstrations)
+
+    cell.step(BEFORE, tick)
+    cell.run_action(Actor.HUMAN, name, sim.Action(action), _no_need, tick)
+    cell.step(AFTER, tick)
+    return tuple(acts)
+
+
+def _understood(act: observation.Demonstration, table: TableObservation) -> Demonstration:
+    """What the robot is told of an act, with perception's doubts."""
+    return replace(
+        demonstration_of(act, table),
+        x_i_probability=tuple(map(float, act.x_i_probability)),
+        x_f_probability=tuple(map(float, act.x_f_probability)),
+    )
+
+
+def _no_need(_: str) -> None:
+    """People have eyes."""
