@@ -28,6 +28,8 @@ BASE_LINK = 'panda_link0'
 OPEN_WIDTH = 0.08
 # Narrower than any toy: closing to less means that nothing is between the fingers, m.
 EMPTY_WIDTH = 0.012
+# Of a finger, from where it shall be: it is there, m.
+OPENED = 0.0005
 # The joints' brakes are that much stronger than their motors.
 BRAKE = 20.0
 # Of a straight line: m between two solutions of inverse kinematics, and m/s^2.
@@ -158,8 +160,10 @@ class Arm:
         return stopped
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
-        """Open the fingers to `width` m."""
+        """Open the fingers to `width` m; takes no time when they are."""
         self._command_fingers(width)
+        if max(abs(finger - width / 2) for finger in self.fingers) < OPENED:
+            return
         self.wait(0.25)
 
     def close_gripper(self) -> float:
