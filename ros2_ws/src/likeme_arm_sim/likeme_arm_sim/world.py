@@ -19,8 +19,8 @@ Vector = NDArray[np.float64]
 # Physics and control steps per simulated second, and how long one lasts, s.
 STEP_RATE = 240
 TIME_STEP = 1.0 / STEP_RATE
-# Of the constraint solver: what it does at most, and the squared change of the impulses below which
-# more would not show. Resting toys and free fingers get there in a few iterations.
+# Of the constraint solver: what it does at most, and the change of the impulses, squared, below
+# which more would not show. Resting toys and free fingers get there in a few iterations.
 SOLVER_ITERATIONS, SOLVER_RESIDUAL = 80, 1e-4
 # m.
 FLOOR_HALF_SIZE = 3.0
@@ -85,7 +85,7 @@ class World:
 
     def step(self) -> None:
         """Let 1/240 s pass."""
-        self.client.stepSimulation()
+        pybullet.stepSimulation(self.client._client)
         self.steps += 1
 
     def toy_pose(self, name: str) -> Pose:
