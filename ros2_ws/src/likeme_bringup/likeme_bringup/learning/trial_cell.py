@@ -73,6 +73,7 @@ class TrialCell:
             raise TrialFailedError(
                 f'Expected to see the {name} {x_i.name}, got {before.state.name}.'
             )
+        eyes.look_out_for(key.pair.action.target)
         motion = cell.run_action(Actor.ROBOT, name, key.pair.action, eyes.look)
         after = eyes.wait_for_rest(name)
         self.frames += eyes.frames
