@@ -11,18 +11,23 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from likeme_arm_sim.fitted import FITTED, values
-from likeme_bringup.fitting.exact_test import deviance, smoothed
+from likeme_arm_sim.fitted import values
 from likeme_bringup.fitting.judge import judged, table_text
-from likeme_bringup.fitting.rows import Row, rows, split
-from likeme_bringup.fitting.surrogate import best_values
-from likeme_bringup.fitting.trials import read, run_round
+from likeme_bringup.fitting.rows import rows, split
+from likeme_bringup.fitting.search import ORDER, best_level, levels, touches
+from likeme_bringup.fitting.trials import try_levels
 
-# Trials of each fitted row by which the last choice among the candidates is made, with seeds of
-# their own.
-CHOICE_TRIALS, CHOICE_SEED = 12, 0
-# Of a round: how many draws, and how far about the best parameters so far they go (1: everywhere).
-ROUNDS = ((36, 1.0), (36, 0.5), (24, 0.3))
+# Where the search begins: what was chosen by hand before, from a few trials of each mishap.
+FIRST = {
+    'pear_friction': 0.21, 'lemon_friction': 0.35, 'chicken_friction': 0.65,
+    'pear_mass': 0.05, 'lemon_mass': 0.04, 'chicken_mass': 0.06,
+    'pear_rolling': 0.0016, 'lemon_rolling': 0.0016, 'pear_bounce': 0.5, 'lemon_bounce': 0.5,
+    'arm_bias_x': 0.0, 'arm_skew': 0.0, 'arm_noise': 0.008, 'reach': 0.61, 'grip_force': 1.95,
+    'grasp_height': 0.034, 'release_height': 0.085, 'place_share': 0.85, 'push_gap': 0.015,
+    'push_past': 0.01, 'push_off_heading': -0.7,
+}  # fmt: skip
+# Trials of each row with each level.
+TRIALS = 8
 
 app = typer.Typer(add_completion=False)
 
@@ -56,36 +61,26 @@ def _tell(progress: Progress, task: TaskID, done: int) -> None:
 
 def _search(out: Path, seed: int, workers: int, console: Console) -> dict[str, float]:
     seen, _ = split(rows())
-    centre = {name: (p.low + p.high) / 2 for name, p in FITTED.items()}
-    path, candidates = out / 'trials.jsonl', [centre]
-    for number, (count, spread) in enumerate(ROUNDS):
+    found = dict(FIRST)
+    for step, parameter in enumerate(ORDER):
+        touched = [row for row in seen if touches(parameter, row)]
+        wanted = levels(parameter, found[parameter])
+        # New seeds for each number: one lucky set must not decide all of them.
+        first = seed * 10_000 + step * TRIALS
         with Progress(console=console) as progress:
-            task = progress.add_task(f'round {number + 1}', total=count)
-            tell = partial(_tell, progress, task)
-            run_round(path, seed, number, count, centre, spread, seen, workers, tell)
-        draws = [draw for draw in read(path) if draw.round <= number]
-        centre, loss = best_values(seen, draws, centre, seed)
-        told = ', '.join(f'{name} {value:.4g}' for name, value in centre.items())
+            toys = len({row.name for row in touched})
+            tell = partial(_tell, progress, progress.add_task(parameter, total=toys * len(wanted)))
+            tried = try_levels(
+                out / f'trials_{seed}.jsonl', parameter, wanted, found, touched,
+                range(first, first + TRIALS), workers, tell,
+            )  # fmt: skip
+        before = found[parameter]
+        found[parameter], here, there = best_level(before, tried, touched)
         console.print(
-            f'Round {number + 1}: modelled loss {loss:.2f} of {len(seen)} rows at {told}.'
+            f'{parameter}: {before:.4g} (misfit {there:.1f} over {len(touched)} rows) to '
+            f'{found[parameter]:.4g} ({here:.1f}).'
         )
-        candidates.append(centre)
-    return _choose(candidates, seen, workers, console)
-
-
-def _choose(
-    candidates: list[dict[str, float]], seen: list[Row], workers: int, console: Console
-) -> dict[str, float]:
-    """The candidate that most fitted rows agree with in trials: the model may have misled."""
-    scores = []
-    for candidate in candidates:
-        with Progress(console=console) as progress:
-            tell = partial(_tell, progress, progress.add_task('candidate', total=len(seen)))
-            tried = judged(candidate, seen, CHOICE_TRIALS, workers, tell, CHOICE_SEED)
-        misfit = sum(min(30.0, deviance(e.row.real, smoothed(e.simulated))) for e in tried)
-        scores.append((sum(entry.passes for entry in tried), -misfit))
-        console.print(f'{scores[-1][0]} of {len(seen)} fitted rows pass, deviance {misfit:.1f}.')
-    return candidates[scores.index(max(scores))]
+    return found
 
 
 if __name__ == '__main__':

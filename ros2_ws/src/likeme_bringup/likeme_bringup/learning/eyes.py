@@ -20,8 +20,8 @@ from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 
 #: s between two frames: of the camera, and of an object that arm or gripper cover.
 SHORTEST, COVERED = 1 / 30, 0.15
-#: m/s. No pushed object comes nearer to a border faster than this: twice the pusher's speed is that
-#: of a ball that bounces off it without loss.
+#: m/s. No pushed object comes nearer to a border faster than this: what bounces off the pusher
+#: without loss has twice its speed.
 FASTEST = 0.26
 #: s of simulated time after which what does not come to rest is taken as it is.
 PATIENCE = 10.0
