@@ -171,11 +171,11 @@ class Arm:
         return stopped
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
-        """Open the fingers to `width` m; takes no time when they are."""
+        """Open the fingers to `width` m; a swift arm does not wait for fingers that are open."""
         self._command_fingers(width)
-        if max(abs(finger - width / 2) for finger in self.fingers) < OPENED:
-            return
-        self.wait(0.25)
+        there = max(abs(finger - width / 2) for finger in self.fingers) < OPENED
+        if not (self.swift and there):
+            self.wait(0.25)
 
     def close_gripper(self) -> float:
         """Close until the fingers stand still; the width that is left between them, m."""

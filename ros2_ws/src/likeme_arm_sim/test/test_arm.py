@@ -102,8 +102,11 @@ def test_other_arms_take_their_time_over_what_is_free(world: World, arm: Arm) ->
     assert world.time - began > 0.14 / 0.25
 
 
-def test_fingers_that_are_open_need_no_time_to_open(world: World, arm: Arm) -> None:
+def test_a_swift_arm_does_not_wait_for_open_fingers(world: World, arm: Arm) -> None:
+    began = world.time
     arm.open_gripper()
+    assert world.time > began
+    arm.swift = True
     began = world.time
     arm.open_gripper()
     assert world.time == began

@@ -14,7 +14,7 @@ from rich.progress import Progress, TaskID
 from likeme_arm_sim.fitted import values
 from likeme_bringup.fitting.judge import judged, table_text
 from likeme_bringup.fitting.rows import rows, split
-from likeme_bringup.fitting.search import ORDER, best_level, levels, touches
+from likeme_bringup.fitting.search import STEPS, best_level, levels, touches
 from likeme_bringup.fitting.trials import try_levels
 
 # Where the search begins: what was chosen by hand before, from a few trials of each mishap.
@@ -62,16 +62,16 @@ def _tell(progress: Progress, task: TaskID, done: int) -> None:
 def _search(out: Path, seed: int, workers: int, console: Console) -> dict[str, float]:
     seen, _ = split(rows())
     found = dict(FIRST)
-    for step, parameter in enumerate(ORDER):
+    for step, (parameter, away) in enumerate(STEPS):
         touched = [row for row in seen if touches(parameter, row)]
-        wanted = levels(parameter, found[parameter])
-        # New seeds for each number: one lucky set must not decide all of them.
+        wanted = levels(parameter, found[parameter], away)
+        # New seeds for each step: one lucky set must not decide all of them.
         first = seed * 10_000 + step * TRIALS
         with Progress(console=console) as progress:
             toys = len({row.name for row in touched})
             tell = partial(_tell, progress, progress.add_task(parameter, total=toys * len(wanted)))
             tried = try_levels(
-                out / f'trials_{seed}.jsonl', parameter, wanted, found, touched,
+                out / f'trials_{seed}.jsonl', step, parameter, wanted, found, touched,
                 range(first, first + TRIALS), workers, tell,
             )  # fmt: skip
         before = found[parameter]

@@ -15,7 +15,7 @@ from likeme_bringup.fitting.exact_test import deviance, multinomial_p_value, smo
 from likeme_bringup.fitting.judge import Judged, judge_row, table_text
 from likeme_bringup.fitting.misfit import WORST, misfit
 from likeme_bringup.fitting.rows import rows, split
-from likeme_bringup.fitting.search import MARGIN, ORDER, best_level, levels, touches
+from likeme_bringup.fitting.search import MARGIN, STEPS, best_level, levels, touches
 from likeme_bringup.fitting.trials import read, try_levels
 
 # One of each object and manner; what the real robot did in each is in the shipped model file.
@@ -112,12 +112,12 @@ def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) 
 
 def test_every_searched_number_is_a_fitted_one_and_touches_rows_that_are_seen() -> None:
     seen, _ = split(rows())
-    for parameter in ORDER:
+    for parameter, _ in STEPS:
         assert parameter in FITTED
         assert any(touches(parameter, row) for row in seen)
 
 
-@pytest.mark.parametrize('name', ORDER)
+@pytest.mark.parametrize('name', sorted({name for name, _ in STEPS}))
 def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> None:
     p = FITTED[name]
     for value in (p.low, p.value, p.high):
@@ -150,12 +150,12 @@ def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / 'trials.jsonl'
     seen = [r for r in rows() if str(r) == 'chicken LEFT PUSH_LEFT']
     wanted, told = [0.0, 0.04], list[int]()
-    made = try_levels(path, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
     assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
     lines = read(path)
-    torn = path.read_text().splitlines()[0] + '\n{"parameter": "push_gap", "lev'
+    torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
     path.write_text(torn)
-    again = try_levels(path, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    again = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
     assert again == made
     assert sorted(read(path)) == sorted(lines)
     assert told == [0, 1, 2, 1, 2]

@@ -15,13 +15,15 @@ from likeme_bringup.fitting.misfit import misfit
 from likeme_bringup.fitting.rows import Row
 
 Counts = tuple[int, int, int]
-# The order: what decides most first.
-ORDER = (
+# What is tried one after the other, what decides most first; then once more, nearer.
+WIDE = (
     'place_share', 'pear_mass', 'chicken_mass', 'lemon_mass', 'push_off_heading', 'reach',
     'push_gap', 'pear_rolling', 'lemon_rolling', 'arm_skew',
 )  # fmt: skip
+NEAR = ('place_share', 'release_height', 'pear_mass', 'reach')
 # Levels that are tried about the value so far, in shares of the searched range.
-AWAY = (-0.3, -0.15, 0.0, 0.15, 0.3)
+AWAY, NEARER = (-0.3, -0.15, 0.0, 0.15, 0.3), (-0.08, 0.0, 0.08)
+STEPS = (*((name, AWAY) for name in WIDE), *((name, NEARER) for name in NEAR))
 # How much better a level must be than the value so far: less is chance.
 MARGIN = 1.0
 # What numbers that are not a toy's own touch: places or pushes, to LEFT and RIGHT or OFFTABLE.
@@ -54,10 +56,10 @@ def touches(parameter: str, row: Row) -> bool:
     return True
 
 
-def levels(parameter: str, value: float) -> list[float]:
+def levels(parameter: str, value: float, away: Sequence[float] = AWAY) -> list[float]:
     """The values that are tried, in rising order and within the range; `value` is one of them."""
     p = FITTED[parameter]
-    around = {min(max(value + away * (p.high - p.low), p.low), p.high) for away in AWAY}
+    around = {min(max(value + part * (p.high - p.low), p.low), p.high) for part in away}
     around.add(value)
     ordered = sorted(around)
     near = {b for a, b in pairwise(ordered) if b - a < 1e-9 * (p.high - p.low)} - {value}

@@ -22,27 +22,32 @@ class Tried(NamedTuple):
     """Trials of one toy with one level of one number.
 
     Attributes:
+        step: of the search.
         parameter, level: what was tried, in its own unit.
         name: of the toy.
         counts: LEFT, RIGHT, OFFTABLE by row name.
     """
 
+    step: int
     parameter: str
     level: float
     name: str
     counts: dict[str, Counts]
 
 
-def try_level(parameter: str, values: Mapping[str, float], mine: list[Row], seeds: range) -> Tried:
+def try_level(
+    step: int, parameter: str, values: Mapping[str, float], mine: list[Row], seeds: range
+) -> Tried:
     """The same seeds for every row of a toy and for every level."""
     name = mine[0].name
     cell = lone_cell(name, settings_with(values))
     counts = {str(r): final_states(cell, name, r.x_i, r.action, seeds) for r in mine}
-    return Tried(parameter, values[parameter], name, counts)
+    return Tried(step, parameter, values[parameter], name, counts)
 
 
 def try_levels(
     path: Path,
+    step: int,
     parameter: str,
     wanted: list[float],
     values: Mapping[str, float],
@@ -54,14 +59,14 @@ def try_levels(
     """Counts by row, by level; what the file does not have yet is made and added to it."""
     names = sorted({row.name for row in touched})
     jobs_of = [(level, name) for level in wanted for name in names]
-    done = {(t.level, t.name): t for t in read(path) if t.parameter == parameter}
+    done = {(t.level, t.name): t for t in read(path) if t.step == step}
     on_progress(len(done))
     _end_torn_line(path)
     # Physics clients do not survive a fork.
     with ProcessPoolExecutor(workers, get_context('spawn')) as pool, path.open('a') as file:
         jobs: list[Future[Tried]] = [
             pool.submit(
-                try_level, parameter, {**values, parameter: level},
+                try_level, step, parameter, {**values, parameter: level},
                 [row for row in touched if row.name == name], seeds,
             )
             for level, name in jobs_of if (level, name) not in done
