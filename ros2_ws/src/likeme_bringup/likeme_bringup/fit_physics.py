@@ -13,8 +13,9 @@ from rich.progress import Progress, TaskID
 
 from likeme_arm_sim.fitted import values
 from likeme_bringup.fitting.judge import judged, table_text
-from likeme_bringup.fitting.rows import rows, split
-from likeme_bringup.fitting.search import STEPS, best_level, levels, touches
+from likeme_bringup.fitting.misfit import misfit
+from likeme_bringup.fitting.rows import Row, rows, split
+from likeme_bringup.fitting.search import STEPS, WIDE, best_level, levels, touches
 from likeme_bringup.fitting.trials import try_levels
 
 # Where the search begins: what was chosen by hand before, from a few trials of each mishap.
@@ -28,6 +29,8 @@ FIRST = {
 }  # fmt: skip
 # Trials of each row with each level.
 TRIALS = 8
+# After which steps what was found is tried once more, on all fitted rows with seeds of its own.
+MARKS, MARK_TRIALS, MARK_SEED = (1, len(WIDE) - 1, len(STEPS) - 1), 12, 2**30
 
 app = typer.Typer(add_completion=False)
 
@@ -40,6 +43,9 @@ def main(
     seed: Annotated[int, typer.Option(min=0, help='Of parameters and trials.')] = 1,
     workers: Annotated[int, typer.Option(min=1, help='Processes.')] = 2,
     judge: Annotated[bool, typer.Option(help='Only judge the shipped parameters.')] = False,
+    camera: Annotated[bool, typer.Option(help='Judge by full trials, as the learner makes.')] = (
+        False
+    ),
     trials: Annotated[int, typer.Option(min=1, help='Fresh trials of each row.')] = 50,
 ) -> None:
     """Search (unless --judge), then try the parameters with fresh seeds beside the real robot."""
@@ -49,7 +55,8 @@ def main(
     (out / 'parameters.json').write_text(json.dumps(found, indent=1) + '\n')
     with Progress(console=console) as progress:
         task = progress.add_task('fresh trials', total=36)
-        table = judged(found, rows(), trials, workers, partial(_tell, progress, task))
+        tell = partial(_tell, progress, task)
+        table = judged(found, rows(), trials, workers, tell, by_camera=camera)
     text = table_text(table, split(rows())[0])
     (out / 'table.txt').write_text(text + '\n')
     typer.echo(text)
@@ -61,7 +68,7 @@ def _tell(progress: Progress, task: TaskID, done: int) -> None:
 
 def _search(out: Path, seed: int, workers: int, console: Console) -> dict[str, float]:
     seen, _ = split(rows())
-    found = dict(FIRST)
+    found, marked = dict(FIRST), list[dict[str, float]]()
     for step, (parameter, away) in enumerate(STEPS):
         touched = [row for row in seen if touches(parameter, row)]
         wanted = levels(parameter, found[parameter], away)
@@ -80,7 +87,24 @@ def _search(out: Path, seed: int, workers: int, console: Console) -> dict[str, f
             f'{parameter}: {before:.4g} (misfit {there:.1f} over {len(touched)} rows) to '
             f'{found[parameter]:.4g} ({here:.1f}).'
         )
-    return found
+        if step in MARKS:
+            marked.append(dict(found))
+    return _best_of(marked, seen, workers, console)
+
+
+def _best_of(
+    marked: list[dict[str, float]], seen: list[Row], workers: int, console: Console
+) -> dict[str, float]:
+    """What most fitted rows agree with: each step was judged by a few trials of its own rows."""
+    scores = []
+    for values_then in marked:
+        with Progress(console=console) as progress:
+            tell = partial(_tell, progress, progress.add_task('once more', total=len(seen)))
+            tried = judged(values_then, seen, MARK_TRIALS, workers, tell, MARK_SEED)
+        loss = sum(misfit(entry.row.real, entry.simulated) for entry in tried)
+        scores.append((sum(entry.passes for entry in tried), -loss))
+        console.print(f'{scores[-1][0]} of {len(seen)} fitted rows pass, misfit {loss:.1f}.')
+    return marked[scores.index(max(scores))]
 
 
 if __name__ == '__main__':

@@ -98,7 +98,7 @@ def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> N
         ('place_share', {'pear PLACE_LEFT', 'lemon PLACE_LEFT', 'chicken PLACE_LEFT'}),
         ('reach', {'pear PUSH_OFFTABLE', 'lemon PUSH_OFFTABLE'}),
         ('push_gap', {'chicken PUSH_LEFT', 'lemon PUSH_OFFTABLE'}),
-        ('arm_skew', {'chicken PUSH_LEFT', 'pear PLACE_OFFTABLE'}),
+        ('arm_noise', {'chicken PUSH_LEFT', 'pear PLACE_OFFTABLE'}),
     ],
 )
 def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) -> None:

@@ -15,27 +15,28 @@ from likeme_bringup.fitting.misfit import misfit
 from likeme_bringup.fitting.rows import Row
 
 Counts = tuple[int, int, int]
-# What is tried one after the other, what decides most first; then once more, nearer.
+# What is tried one after the other, what decides most first; then more of it, nearer.
 WIDE = (
     'place_share', 'pear_mass', 'chicken_mass', 'lemon_mass', 'push_off_heading', 'reach',
-    'push_gap', 'pear_rolling', 'lemon_rolling', 'arm_skew',
+    'push_gap', 'pear_rolling', 'lemon_rolling', 'arm_skew', 'release_height',
 )  # fmt: skip
-NEAR = ('place_share', 'release_height', 'pear_mass', 'reach')
+NEAR = ('pear_mass', 'lemon_friction', 'chicken_friction', 'pear_friction', 'reach')
 # Levels that are tried about the value so far, in shares of the searched range.
-AWAY, NEARER = (-0.3, -0.15, 0.0, 0.15, 0.3), (-0.08, 0.0, 0.08)
+AWAY, NEARER = (-0.3, -0.15, 0.0, 0.15, 0.3), (-0.1, 0.0, 0.1)
 STEPS = (*((name, AWAY) for name in WIDE), *((name, NEARER) for name in NEAR))
 # How much better a level must be than the value so far: less is chance.
 MARGIN = 1.0
 # What numbers that are not a toy's own touch: places or pushes, to LEFT and RIGHT or OFFTABLE.
 GRASPING = {'grip_force', 'grasp_height'}
 PLACING_ACROSS = {'place_share', 'release_height', 'bounce'}
-PUSHING = {'push_gap'}
+# A turned calibration moves a grasp by millimetres, and a push off the middle of a round toy.
+PUSHING = {'push_gap', 'arm_skew'}
 PUSHING_ACROSS = {'push_past'}
 PUSHING_OFF = {'push_off_heading', 'reach'}
 
 
 def touches(parameter: str, row: Row) -> bool:
-    """Whether a number can change how a row ends."""
+    """Whether a number can much change how a row ends."""
     first, _, rest = parameter.partition('_')
     if first in OBJECTS:
         if first != row.name:
