@@ -1,12 +1,12 @@
 """The numbers of the cell that were fitted to the real robot's trials, in one place.
 
-Everything else in `physics.py` and `primitives.py` was measured, looked up or chosen. The search of
-`scripts/fit_physics.sh` (seed 1) began at values chosen by hand, tried one number after the other
-at a few levels, 8 trials of each fitted row that it can touch, and kept what agreed better; what
-it ended with agreed with 14 of the 18 fitted rows in 12 trials of their own, what it had after two
-steps with 13. Bounces, grip_force, grasp_height, arm_bias_x, arm_noise and push_past it does not
-try: they are as chosen. None of them says how an action ends: they say how heavy, how slippery,
-how exact, how far and how high.
+Everything else in `physics.py` and `primitives.py` was measured, looked up or chosen. The search
+of `scripts/fit_physics.sh` (seed 1) began at values chosen by hand, tried one number after the
+other at a few levels, 8 trials of each fitted row that it can touch, and kept what agreed better.
+What it ended with agreed with 14 of the 18 fitted rows in 12 trials of their own, what it had
+after two steps with 13. Bounces, grip_force, grasp_height, arm_bias_x, arm_noise and push_past it
+does not try: they are as chosen. None of them says how an action ends: they say how heavy, how
+slippery, how exact, how far and how high.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ FITTED: Mapping[str, Parameter] = MappingProxyType(
         'pear_bounce': Parameter(0.5, 0.1, 0.8, '', 'restitution of the pear'),
         'lemon_bounce': Parameter(0.5, 0.1, 0.8, '', 'restitution of the lemon'),
         'arm_bias_x': Parameter(0, -0.02, 0.02, 'm', 'hand-eye error, away from the robot'),
-        'arm_skew': Parameter(-0.048, -0.08, 0.08, 'rad', 'hand-eye error, a turn about the middle'),
+        'arm_skew': Parameter(-0.048, -0.08, 0.08, 'rad', 'hand-eye error, about the middle'),
         'arm_noise': Parameter(0.008, 0.003, 0.016, 'm', 'sd of where a motion ends, x and y'),
         'reach': Parameter(0.615, 0.56, 0.66, 'm', 'from the base, where the solver gives up'),
         'grip_force': Parameter(1.95, 1.0, 4.0, 'N', 'of each finger'),
