@@ -6,6 +6,7 @@
 # multinomial test at 0.05, and how many of those that the search never saw.
 #
 #   --judge       search nothing: judge the parameters the cell has now
+#   --camera      judge by full trials with the real perception, instead of an eye like it
 #   --trials N    fresh trials of each row for the judgement (50)
 #   --workers N   processes (2)
 #   --seed N      of parameters and trials (1); the same seed gives the same search

@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from likeme_bringup.learn import app
-from likeme_bringup.learning.eyes import distance_to_border
+from likeme_bringup.learning.eyes import distance_to_state
 from likeme_bringup.learning.offline import NoClusterError, dask_crew, learn, learn_locally
 from likeme_bringup.learning.trial_cell import TrialFailedError, make_trial, simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
@@ -24,7 +24,7 @@ from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 from likeme_inference.tabletop.model_file import load
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.regions import regions_of
+from likeme_perception.regions import State, regions_of
 
 CAMPAIGN = Campaign(simulated_robot(), 'offline-5', 5, ('lemon',), Random(6))
 
@@ -113,12 +113,22 @@ def test_nobody_answers_for_the_cluster() -> None:
 
 
 @pytest.mark.parametrize(
-    ('place', 'distance'),
-    [((0.44, 0.2), 0.13), ((0.44, 0.05), 0.05), ((0.60, 0.2), 0.01), ((0.44, -0.5), 0.17)],
+    ('place', 'state', 'distance'),
+    [
+        ((0.44, 0.2), None, 0.13),
+        ((0.44, 0.05), None, 0.05),
+        ((0.60, 0.2), None, 0.01),
+        ((0.44, -0.5), None, 0.17),
+        ((0.60, 0.2), State.RIGHT, 0.2),
+        ((0.44, 0.01), State.OFFTABLE, 0.17),
+        ((0.44, -0.35), State.LEFT, 0.02),
+    ],
 )
-def test_distance_to_where_a_state_ends(place: tuple[float, float], distance: float) -> None:
+def test_distance_to_where_a_state_begins(
+    place: tuple[float, float], state: State | None, distance: float
+) -> None:
     regions = regions_of(PerceptionConfig(), PerceptionConfig().table)  # type: ignore[arg-type]
-    assert distance_to_border(regions, *place) == pytest.approx(distance)
+    assert distance_to_state(regions, *place, state) == pytest.approx(distance)
 
 
 def learner(*words: str) -> Result:

@@ -28,10 +28,14 @@ BASE_LINK = 'panda_link0'
 OPEN_WIDTH = 0.08
 # Narrower than any toy: closing to less means that nothing is between the fingers, m.
 EMPTY_WIDTH = 0.012
+# Of the joints' position control, per step.
+GAINS = [0.3] * 7
+# Of a finger, from where it shall be: it is there, m.
+OPENED = 0.0005
 # The joints' brakes are that much stronger than their motors.
 BRAKE = 20.0
 # Of a straight line: m between two solutions of inverse kinematics, and m/s^2.
-WAYPOINT_SPACING = 0.01
+WAYPOINT_SPACING = 0.02
 LINE_ACCELERATION = 1.2
 # Of a swing, rad/s^2.
 JOINT_ACCELERATION = 6.0
@@ -82,6 +86,7 @@ class Arm:
             client.getJointInfo(self.body, joint)[12].decode(): joint
             for joint in range(client.getNumJoints(self.body))
         }
+        self._forces = kinematics.max_force.tolist()
         self._prepare_gripper()
         self.reset()
 
@@ -142,14 +147,22 @@ class Arm:
         self._swing(self._kinematics.nearest(pose, self._kinematics.guess(pose)))
 
     def move_to(
-        self, pose: ToolPose, speed: float, until: Callable[[], bool] | None = None
+        self,
+        pose: ToolPose,
+        speed: float,
+        until: Callable[[], bool] | None = None,
+        free: float = 0.0,
     ) -> bool:
         """Move in a straight line at `speed` m/s; stop early once `until` holds, and return True.
+
+        The first `free` m of the line touch nothing: a swift arm jumps over them.
 
         Raises:
             NoSolutionError: the line leaves the arm's reach; the arm has gone as far as it can.
         """
         path = self._line(pose)
+        if self.swift and free > 0.0 and path.complete is None:
+            path = self._jumped(path, free)
         steepest = self._steepest(path)
         limited = min(speed * self.speed, float(steepest))
         stopped = self._follow(path, travel(path.distance[-1], limited, LINE_ACCELERATION), until)
@@ -158,9 +171,11 @@ class Arm:
         return stopped
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
-        """Open the fingers to `width` m."""
+        """Open the fingers to `width` m; a swift arm does not wait for fingers that are open."""
         self._command_fingers(width)
-        self.wait(0.25)
+        there = max(abs(finger - width / 2) for finger in self.fingers) < OPENED
+        if not (self.swift and there):
+            self.wait(0.25)
 
     def close_gripper(self) -> float:
         """Close until the fingers stand still; the width that is left between them, m."""
@@ -196,6 +211,13 @@ class Arm:
             self._client.resetJointState(self.body, joint, float(angle))
         self._command(joints, np.zeros(7))
 
+    def _jumped(self, path: Path, free: float) -> Path:
+        """Jump over the free beginning of a path; what is left of it."""
+        first = int(np.searchsorted(path.distance, free))
+        first = min(first, len(path.distance) - 2)
+        self._jump(path.joints[first])
+        return Path(path.distance[first:] - path.distance[first], path.joints[first:])
+
     def _line(self, goal: ToolPose) -> Path:
         start, joints = self.tool, self.joints
         turn = (goal.yaw - start.yaw + np.pi) % (2 * np.pi) - np.pi
@@ -226,8 +248,9 @@ class Arm:
             [np.interp(steps, path.distance, path.joints[:, j]) for j in range(7)], axis=1
         )
         velocities = np.gradient(targets, TIME_STEP, axis=0) if len(targets) > 1 else targets * 0
-        for index, (target, velocity) in enumerate(zip(targets, velocities, strict=True)):
-            self._command(target, velocity)
+        ways = zip(targets.tolist(), velocities.tolist(), strict=True)
+        for index, (target, velocity) in enumerate(ways):
+            self._stream(target, velocity, self._forces)
             self._tick()
             if until is not None and index % 8 == 0 and until():
                 self._command(self.joints, np.zeros(7))
@@ -236,14 +259,20 @@ class Arm:
         return False
 
     def _command(self, target: Vector, velocity: Vector, strength: float = 1.0) -> None:
-        self._client.setJointMotorControlArray(
+        forces = (strength * self._kinematics.max_force).tolist()
+        self._stream(target.tolist(), velocity.tolist(), forces)
+
+    def _stream(self, target: list[float], velocity: list[float], forces: list[float]) -> None:
+        # Said at every step of every motion: plain lists, and no detour by the client's wrapper.
+        pybullet.setJointMotorControlArray(
             self.body,
             ARM_JOINTS,
             pybullet.POSITION_CONTROL,
-            targetPositions=target.tolist(),
-            targetVelocities=velocity.tolist(),
-            forces=(strength * self._kinematics.max_force).tolist(),
-            positionGains=[0.3] * 7,
+            targetPositions=target,
+            targetVelocities=velocity,
+            forces=forces,
+            positionGains=GAINS,
+            physicsClientId=self._client._client,
         )
 
     def _command_fingers(self, width: float) -> None:

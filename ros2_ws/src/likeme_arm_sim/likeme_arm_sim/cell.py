@@ -279,8 +279,9 @@ class Cell:
         self._clear_the_table(Actor.HUMAN)
         if actor is Actor.HUMAN:
             return self._demonstrator.perform(name, action, self._rng)
-        offset = draw_offset(self.settings.physics.arm, self._arm_rng)
-        arm = InexactMotion(self.arm, offset)
+        accuracy = self.settings.physics.arm
+        offset, centre = draw_offset(accuracy, self._arm_rng), self.scene.table.work_area.centre
+        arm = InexactMotion(self.arm, offset, accuracy.skew, centre)
         return act(arm, look, self.scene, name, action, self.settings.primitives)
 
     def _clear_the_table(self, actor: Actor) -> None:

@@ -70,7 +70,9 @@ def wrap_half_turn(angle: float) -> float:
 
 def load_panda(client: Any) -> int:
     """The arm with its gripper, base at the origin: the body's id."""
-    return int(client.loadURDF(str(PANDA_URDF), useFixedBase=True))
+    # The camera draws its own meshes: without bullet's a cell is there in half the time.
+    flags = pybullet.URDF_IGNORE_VISUAL_SHAPES
+    return int(client.loadURDF(str(PANDA_URDF), useFixedBase=True, flags=flags))
 
 
 class Kinematics:

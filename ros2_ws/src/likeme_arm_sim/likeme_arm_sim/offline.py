@@ -5,6 +5,7 @@ The camera is replaced by an error like perception's; what the gripper hides, it
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 
@@ -41,7 +42,8 @@ class EyeError:
 # and how far above the grasp point it begins and ends.
 HAND_HALF = (0.032, 0.104)
 HAND_SPAN = (0.045, 0.20)
-FINGER_HALF = 0.012
+# At how many heights it is cut, and the height of a toy's middle, m.
+HAND_SLICES, TOY_MIDDLE = 6, 0.025
 
 
 class Eye:
@@ -67,28 +69,37 @@ class Eye:
     def _hidden(self, toy: ObjectView) -> bool:
         """Whether the hand crosses the ray from the camera to the toy's middle."""
         tool, camera = self._cell.arm.tool, self._cell.scene.camera.position
-        low, high = tool.z + HAND_SPAN[0], tool.z + HAND_SPAN[1]
-        middle = np.array([toy.x, toy.y, 0.025])
-        up = (np.asarray(camera) - middle) / (camera[2] - middle[2])
-        points = middle + up * (np.linspace(low, high, 6)[:, None] - middle[2])
-        flat = np.array([np.cos(tool.yaw), np.sin(tool.yaw)])
-        away = points[:, :2] - tool.position[:2]
-        along, across = np.abs(away @ flat), np.abs(away @ np.array([-flat[1], flat[0]]))
-        return bool(np.any((along < HAND_HALF[0]) & (across < HAND_HALF[1])))
+        cos, sin = math.cos(tool.yaw), math.sin(tool.yaw)
+        for share in range(HAND_SLICES):
+            z = tool.z + HAND_SPAN[0] + share / (HAND_SLICES - 1) * (HAND_SPAN[1] - HAND_SPAN[0])
+            up = (z - TOY_MIDDLE) / (camera[2] - TOY_MIDDLE)
+            x = toy.x + up * (camera[0] - toy.x) - tool.x
+            y = toy.y + up * (camera[1] - toy.y) - tool.y
+            if abs(x * cos + y * sin) < HAND_HALF[0] and abs(y * cos - x * sin) < HAND_HALF[1]:
+                return True
+        return False
+
+
+# What a toy's parameter is called in `ToyPhysics`.
+TOY_FIELDS = {
+    'mass': 'mass',
+    'friction': 'friction',
+    'rolling': 'rolling_friction',
+    'bounce': 'restitution',
+}
+
+
+def _own(values: Mapping[str, float], name: str) -> dict[str, float]:
+    keys = {field: f'{name}_{word}' for word, field in TOY_FIELDS.items()}
+    return {field: values[key] for field, key in keys.items() if key in values}
 
 
 def settings_with(values: Mapping[str, float]) -> CellSettings:
     """A cell's settings with values of its own for all parameters of `fitted.py`."""
-    toys = {
-        name: replace(
-            TOY_PHYSICS[name],
-            friction=values[f'{name}_friction'],
-            rolling_friction=values.get(f'{name}_rolling', TOY_PHYSICS[name].rolling_friction),
-        )
-        for name in TOY_PHYSICS
-    }
+    toys = {name: replace(TOY_PHYSICS[name], **_own(values, name)) for name in TOY_PHYSICS}
     arm = ArmAccuracy(
         bias_x=values['arm_bias_x'],
+        skew=values['arm_skew'],
         noise=values['arm_noise'],
         reach=values['reach'],
     )

@@ -74,7 +74,9 @@ class ArmAccuracy:
     """How far the arm is from where it believes to be: calibration, play and length.
 
     Attributes:
-        bias_x, bias_y: of the hand-eye calibration, the same in every motion, m.
+        bias_x, bias_y: of the hand-eye calibration in the middle of the work area, the same in
+            every motion, m.
+        skew: how far that calibration is turned about there, rad.
         noise: standard deviation of x and of y, drawn once a motion, m.
         noise_z: the same of the height, m.
         turn: standard deviation of the hand's yaw, rad.
@@ -84,6 +86,7 @@ class ArmAccuracy:
 
     bias_x: float = fitted('arm_bias_x')
     bias_y: float = 0.0
+    skew: float = fitted('arm_skew')
     noise: float = fitted('arm_noise')
     noise_z: float = 0.003
     turn: float = 0.10
@@ -93,19 +96,19 @@ class ArmAccuracy:
 TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
     {
         'pear': ToyPhysics(
-            mass=0.050,
+            mass=fitted('pear_mass'),
             friction=fitted('pear_friction'),
             rolling_friction=fitted('pear_rolling'),
-            restitution=0.5,
+            restitution=fitted('pear_bounce'),
         ),
         'lemon': ToyPhysics(
-            mass=0.040,
+            mass=fitted('lemon_mass'),
             friction=fitted('lemon_friction'),
             rolling_friction=fitted('lemon_rolling'),
-            restitution=0.5,
+            restitution=fitted('lemon_bounce'),
         ),
         'chicken': ToyPhysics(
-            mass=0.060,
+            mass=fitted('chicken_mass'),
             friction=fitted('chicken_friction'),
             rolling_friction=0.0020,
             restitution=0.05,

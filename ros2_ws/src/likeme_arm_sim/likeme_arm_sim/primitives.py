@@ -69,9 +69,16 @@ class Motion(Protocol):
         """Swing to a pose through free space."""
 
     def move_to(
-        self, pose: ToolPose, speed: float, until: Callable[[], bool] | None = None
+        self,
+        pose: ToolPose,
+        speed: float,
+        until: Callable[[], bool] | None = None,
+        free: float = 0.0,
     ) -> bool:
-        """Move in a straight line, m/s; True when `until` stopped it."""
+        """Move in a straight line, m/s, the first `free` m through free space.
+
+        True when `until` stopped it.
+        """
 
     def move_home(self) -> None:
         """Go where the camera's view is free."""
@@ -128,6 +135,8 @@ class PrimitiveSettings:
     push_speed: float = 0.13
 
 
+# Of an empty gripper's grasp point: above it nothing on the table is touched, m.
+FREE_HEIGHT = 0.09
 # Centroids further than this outside the table top cannot be an object on it, m.
 MARGIN = 0.05
 LIFT_CLEAR = 'the fingers closed on nothing'
@@ -143,7 +152,8 @@ def place(
     motion.reach(above)
     # The wrist may have chosen the opposite, equally good, yaw.
     above = above._replace(yaw=motion.tool.yaw)
-    motion.move_to(above.lifted_to(s.grasp_height), s.gentle * 1.8)
+    free = s.clear_height - FREE_HEIGHT
+    motion.move_to(above.lifted_to(s.grasp_height), s.gentle * 1.8, free=free)
     motion.close_gripper()
     grasped = motion.holding()
     motion.move_to(above, s.gentle * 2)
@@ -202,7 +212,7 @@ def push(
     # Keep to the yaw that the wrist chose: its opposite is the same broad side.
     yaw = motion.tool.yaw
     start, end = start._replace(yaw=yaw), end._replace(yaw=yaw)
-    motion.move_to(start, s.gentle * 2)
+    motion.move_to(start, s.gentle * 2, free=s.clear_height - FREE_HEIGHT)
     already = view.state is target
 
     def arrived() -> bool:
@@ -214,7 +224,7 @@ def push(
         motion.move_to(_further(motion.tool, end, s.push_past), s.push_speed)
     # Straight up from a round toy would lift it by its shoulders: step back first.
     motion.move_to(_further(motion.tool, start, s.back_off), s.gentle)
-    motion.move_to(motion.tool.lifted_to(s.clear_height), s.fast)
+    motion.move_to(motion.tool.lifted_to(s.clear_height), s.fast, free=s.clear_height)
     motion.move_home()
     until = 'until it was seen there' if seen else 'to the end of the way, where it was not seen'
     return Ending(Outcome.COMPLETED, f'The {name} was pushed towards {target.name}, {until}.')

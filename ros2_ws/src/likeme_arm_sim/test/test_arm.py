@@ -80,6 +80,40 @@ def test_closing_on_nothing_is_noticed(arm: Arm) -> None:
     assert not arm.holding()
 
 
+def test_a_swift_arm_jumps_over_what_is_free_and_follows_the_rest(world: World, arm: Arm) -> None:
+    arm.swift = True
+    above = ToolPose(0.44, -0.1, 0.17, 0.3)
+    took, ends = [], []
+    for free in (0.0, 0.08, 1.0):
+        arm.reach(above)
+        began = world.time
+        arm.move_to(above.lifted_to(0.03), 0.25, free=free)
+        took.append(world.time - began)
+        ends.append(arm.tool)
+    assert took[2] < took[1] < took[0] - 0.2
+    for end in ends:
+        assert end.position == pytest.approx([0.44, -0.1, 0.03], abs=0.003)
+
+
+def test_other_arms_take_their_time_over_what_is_free(world: World, arm: Arm) -> None:
+    arm.reach(ToolPose(0.44, -0.1, 0.17, 0.3))
+    began = world.time
+    arm.move_to(ToolPose(0.44, -0.1, 0.03, 0.3), 0.25, free=0.14)
+    assert world.time - began > 0.14 / 0.25
+
+
+def test_a_swift_arm_does_not_wait_for_open_fingers(world: World, arm: Arm) -> None:
+    began = world.time
+    arm.open_gripper()
+    assert world.time > began
+    arm.swift = True
+    began = world.time
+    arm.open_gripper()
+    assert world.time == began
+    arm.open_gripper(0.02)
+    assert world.time > began
+
+
 def test_travel_is_smooth_and_complete() -> None:
     distance = travel(0.4, 0.2, 1.0)
     speed = np.diff(distance) * STEP_RATE

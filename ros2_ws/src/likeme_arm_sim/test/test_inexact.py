@@ -22,7 +22,9 @@ class Recorder:
     def reach(self, pose: ToolPose) -> None:
         self.tool = pose
 
-    def move_to(self, pose: ToolPose, speed: float, until: object = None) -> bool:
+    def move_to(
+        self, pose: ToolPose, speed: float, until: object = None, free: float = 0.0
+    ) -> bool:
         self.tool = pose
         return until is not None
 
@@ -37,6 +39,17 @@ def test_the_hand_is_beside_where_the_arm_believes_it(how: str) -> None:
         assert not believed.move_to(GOAL, 0.1)
     assert true.tool == pytest.approx((0.41, 0.08, 0.203, 0.6))
     assert believed.tool == pytest.approx(GOAL)
+
+
+def test_a_skewed_calibration_is_right_in_the_middle_and_turned_about_it() -> None:
+    true, centre = Recorder(), (0.44, 0.0)
+    still = ToolPose(0.0, 0.0, 0.0, 0.0)
+    believed = InexactMotion(true, still, 0.1, centre)  # type: ignore[arg-type]
+    believed.reach(ToolPose(0.44, 0.0, 0.2, 0.5))
+    assert true.tool == pytest.approx((0.44, 0.0, 0.2, 0.6))
+    believed.reach(ToolPose(0.44, 0.17, 0.2, 0.5))
+    assert true.tool == pytest.approx((0.44 - 0.01697, 0.16915, 0.2, 0.6), abs=1e-4)
+    assert believed.tool == pytest.approx((0.44, 0.17, 0.2, 0.5))
 
 
 def test_offsets_have_the_named_bias_and_spread() -> None:

@@ -39,7 +39,11 @@ class FakeMotion:
         self._go(pose)
 
     def move_to(
-        self, pose: ToolPose, speed: float, until: Callable[[], bool] | None = None
+        self,
+        pose: ToolPose,
+        speed: float,
+        until: Callable[[], bool] | None = None,
+        free: float = 0.0,
     ) -> bool:
         assert 0.0 < speed < 1.0
         self.log.append('move')

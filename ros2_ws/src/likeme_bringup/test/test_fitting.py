@@ -1,4 +1,4 @@
-"""The search for the cell's parameters: its test, its split, its trials, its model."""
+"""The search for the cell's parameters: its test, its split, its misfit, its trials, its way."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.fitted import FITTED, values
-from likeme_arm_sim.scene import OBJECTS, Action, State
+from likeme_arm_sim.scene import OBJECTS
 from likeme_bringup.fitting.exact_test import deviance, multinomial_p_value, smoothed
 from likeme_bringup.fitting.judge import Judged, judge_row, table_text
-from likeme_bringup.fitting.rows import Row, rows, split
-from likeme_bringup.fitting.surrogate import NAMES, best_values, learn, relevant, unit
-from likeme_bringup.fitting.trials import Draw, drawn_values, one_draw, read, run_round
+from likeme_bringup.fitting.misfit import WORST, misfit
+from likeme_bringup.fitting.rows import rows, split
+from likeme_bringup.fitting.search import MARGIN, STEPS, best_level, levels, touches
+from likeme_bringup.fitting.trials import read, try_levels
 
 # One of each object and manner; what the real robot did in each is in the shipped model file.
 SHIPPED_ROWS = (
@@ -82,60 +83,81 @@ def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
         assert len(mine) == 3
 
 
-def test_parameters_are_drawn_in_their_ranges() -> None:
-    rng, centre = np.random.default_rng(1), {name: p.high for name, p in FITTED.items()}
-    for _ in range(50):
-        drawn = drawn_values(centre, 0.5, rng)
-        for name, p in FITTED.items():
-            assert (p.low + p.high) / 2 - 1e-9 <= drawn[name] <= p.high + 1e-9
+def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> None:
+    assert misfit((5, 5, 0), (6, 6, 0)) == 0.0
+    assert 0.0 < misfit((5, 5, 0), (9, 3, 0)) < misfit((5, 5, 0), (12, 0, 0)) < WORST
+    assert misfit((0, 10, 0), (1, 1, 0)) < misfit((0, 10, 0), (12, 12, 0))
+    assert misfit((0, 10, 0), (50, 0, 0)) == WORST
 
 
-def known_world(row: Row, count: int) -> list[Draw]:
-    """Draws whose trials of a pear's PLACE_RIGHT succeed the surer the stronger the grip."""
-    rng, centre, draws = np.random.default_rng(2), values(), []
-    for index in range(count):
-        drawn = drawn_values(centre, 1.0, rng)
-        strength = unit(drawn)[NAMES.index('grip_force')]
-        end = State.RIGHT if rng.uniform() < 1 / (1 + np.exp(-4 * strength)) else State.LEFT
-        draws.append(Draw(0, index, drawn, {str(row): int(end)}))
-    return draws
+@pytest.mark.parametrize(
+    ('parameter', 'touched'),
+    [
+        ('pear_mass', {'pear PLACE_LEFT', 'pear PLACE_OFFTABLE'}),
+        ('lemon_rolling', {'lemon PUSH_LEFT', 'lemon PUSH_OFFTABLE', 'lemon PLACE_LEFT'}),
+        ('place_share', {'pear PLACE_LEFT', 'lemon PLACE_LEFT', 'chicken PLACE_LEFT'}),
+        ('reach', {'pear PUSH_OFFTABLE', 'lemon PUSH_OFFTABLE'}),
+        ('push_gap', {'chicken PUSH_LEFT', 'lemon PUSH_OFFTABLE'}),
+        ('arm_noise', {'chicken PUSH_LEFT', 'pear PLACE_OFFTABLE'}),
+    ],
+)
+def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) -> None:
+    said = {f'{r.name} {r.action.name}' for r in rows() if touches(parameter, r)}
+    assert touched <= said
+    if parameter == 'pear_mass':
+        assert all(pair.startswith('pear PLACE') for pair in said)
+    if parameter == 'reach':
+        assert all(pair.endswith('PUSH_OFFTABLE') for pair in said)
 
 
-def test_the_model_finds_what_matters() -> None:
-    row = Row('pear', State.LEFT, Action.PLACE_RIGHT, (9, 1, 0))
-    draws = known_world(row, 300)
-    middle = unit({name: (p.low + p.high) / 2 for name, p in FITTED.items()})
-    weak, strong = middle.copy(), middle.copy()
-    grip = NAMES.index('grip_force')
-    weak[grip], strong[grip] = -0.8, 0.8
-    p = learn(row, [row], draws, middle).probabilities(np.array([weak, strong]))
-    assert p[0, 0] > 0.7
-    assert p[1, 1] > 0.7
-    found, loss = best_values([row], draws, values(), seed=1)
-    assert unit(found)[grip] < -0.2
-    assert loss < 0.3
+def test_every_searched_number_is_a_fitted_one_and_touches_rows_that_are_seen() -> None:
+    seen, _ = split(rows())
+    for parameter, _ in STEPS:
+        assert parameter in FITTED
+        assert any(touches(parameter, row) for row in seen)
 
 
-def test_only_what_can_matter_is_asked() -> None:
-    place = Row('pear', State.LEFT, Action.PLACE_RIGHT, (8, 1, 1))
-    names = {NAMES[i] for i in relevant(place)}
-    assert {'pear_friction', 'grip_force'} <= names
-    assert not names & {'lemon_friction', 'push_gap'}
+@pytest.mark.parametrize('name', sorted({name for name, _ in STEPS}))
+def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> None:
+    p = FITTED[name]
+    for value in (p.low, p.value, p.high):
+        tried = levels(name, value)
+        assert value in tried
+        assert tried == sorted(set(tried))
+        assert p.low <= tried[0] <= tried[-1] <= p.high
+
+
+def test_only_what_is_better_than_chance_is_followed() -> None:
+    row = next(r for r in rows() if str(r) == 'pear LEFT PUSH_RIGHT')
+    assert row.real == (0, 10, 0)
+    name = str(row)
+    tried: dict[float, dict[str, tuple[int, int, int]]] = {
+        0.1: {name: (0, 8, 0)},
+        0.2: {name: (8, 0, 0)},
+    }
+    level, here, there = best_level(0.2, tried, [row])
+    assert level == 0.1
+    assert here == 0.0
+    assert there > MARGIN
+    alike: dict[float, dict[str, tuple[int, int, int]]] = {
+        0.1: {name: (0, 80, 0)},
+        0.2: {name: (1, 79, 0)},
+    }
+    assert best_level(0.2, alike, [row])[0] == 0.2
 
 
 def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
-    path, tried = (
-        tmp_path / 'trials.jsonl',
-        [r for r in rows() if str(r) == 'chicken LEFT PUSH_LEFT'],
-    )
-    alone = [one_draw(3, 0, index, values(), 1.0, tried) for index in range(2)]
-    told: list[int] = []
-    run_round(path, 3, 0, 2, values(), 1.0, tried, 1, told.append)
-    assert read(path) == alone
-    torn = path.read_text().splitlines()[0] + '\n{"round": 0, "index": 1, "val'
+    path = tmp_path / 'trials.jsonl'
+    seen = [r for r in rows() if str(r) == 'chicken LEFT PUSH_LEFT']
+    wanted, told = [0.0, 0.04], list[int]()
+    made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
+    lines = read(path)
+    torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
     path.write_text(torn)
-    run_round(path, 3, 0, 2, values(), 1.0, tried, 1, told.append)
-    assert read(path) == alone
+    again = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    assert again == made
+    assert sorted(read(path)) == sorted(lines)
     assert told == [0, 1, 2, 1, 2]
 
 

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import cache
 from multiprocessing import get_context
 from typing import NamedTuple
+
+import cv2
 
 from likeme_arm_sim.offline import final_states, lone_cell, settings_with
 from likeme_bringup.fitting.exact_test import multinomial_p_value, smoothed
 from likeme_bringup.fitting.rows import Row
+from likeme_bringup.learning.trial_cell import TrialCell
+from likeme_inference.experience.trial import Pair, TrialKey
+from likeme_inference.tabletop.domain import Action, State
 
 # Search seeds are drawn below 2**31.
 FRESH = 2**31
@@ -37,6 +43,25 @@ def judge_row(values: Mapping[str, float], row: Row, trials: int, first: int = F
     return Judged(row, counts, multinomial_p_value(row.real, smoothed(counts)))
 
 
+def judge_row_by_camera(
+    values: Mapping[str, float], row: Row, trials: int, first: int = FRESH
+) -> Judged:
+    """As `judge_row` by full trials: what the camera saw, read by the whole perception."""
+    # A trial is one thread's work; OpenCV's would wait for other trials' cores.
+    cv2.setNumThreads(1)
+    cell, ends = _trial_cell(row.name, tuple(values.items())), [0, 0, 0]
+    for repetition in range(trials):
+        pair = Pair(row.name, State(int(row.x_i)), Action(int(row.action)))
+        ends[cell.run(TrialKey('judged', 'judged', pair, repetition), first).x_f] += 1
+    counts = (ends[0], ends[1], ends[2])
+    return Judged(row, counts, multinomial_p_value(row.real, smoothed(counts)))
+
+
+@cache
+def _trial_cell(name: str, values: tuple[tuple[str, float], ...]) -> TrialCell:
+    return TrialCell(name, settings_with(dict(values)))
+
+
 def judged(
     values: Mapping[str, float],
     table: list[Row],
@@ -44,10 +69,12 @@ def judged(
     workers: int,
     on_progress: Callable[[int], None],
     first: int = FRESH,
+    by_camera: bool = False,
 ) -> list[Judged]:
     """Try every row with the seeds from `first` on; in the order of the table."""
+    judge = judge_row_by_camera if by_camera else judge_row
     with ProcessPoolExecutor(workers, get_context('spawn')) as pool:
-        jobs = [pool.submit(judge_row, values, row, trials, first) for row in table]
+        jobs = [pool.submit(judge, values, row, trials, first) for row in table]
         for done, _ in enumerate(as_completed(jobs), 1):
             on_progress(done)
         return [job.result() for job in jobs]

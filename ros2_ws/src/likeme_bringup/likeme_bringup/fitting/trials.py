@@ -1,7 +1,7 @@
-"""Trials of simulated cells whose parameters are drawn at random: what the search learns from.
+"""Trials of simulated cells with other numbers: what the search learns from.
 
-Draw `index` of a round is a function of the seed, the round and the index alone, so that any
-number of processes, in any order and after any restart, gives the same file.
+What is tried follows from the seed and what was found before alone, so that any number of
+processes, in any order and after any restart, gives the same search.
 """
 
 from __future__ import annotations
@@ -13,83 +13,79 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
-from likeme_arm_sim.fitted import FITTED
-from likeme_arm_sim.offline import lone_cell, settings_with, try_action
-from likeme_arm_sim.scene import OBJECTS
+from likeme_arm_sim.offline import final_states, lone_cell, settings_with
 from likeme_bringup.fitting.rows import Row
-
-Values = Mapping[str, float]
-
-
-class Draw(NamedTuple):
-    """One set of parameters, and how one trial of each row ended (state numbers, by row name)."""
-
-    round: int
-    number: int
-    values: dict[str, float]
-    ends: dict[str, int]
+from likeme_bringup.fitting.search import Counts
 
 
-def drawn_values(centre: Values, spread: float, rng: np.random.Generator) -> dict[str, float]:
-    """Parameters about a centre: uniform in the searched ranges shrunk by `spread` (1: all)."""
-    values = {}
-    for name, parameter in FITTED.items():
-        half = spread * (parameter.high - parameter.low) / 2
-        low = min(max(centre[name] - half, parameter.low), parameter.high - 2 * half)
-        values[name] = float(rng.uniform(low, low + 2 * half))
-    return values
+class Tried(NamedTuple):
+    """Trials of one toy with one level of one number.
+
+    Attributes:
+        step: of the search.
+        parameter, level: what was tried, in its own unit.
+        name: of the toy.
+        counts: LEFT, RIGHT, OFFTABLE by row name.
+    """
+
+    step: int
+    parameter: str
+    level: float
+    name: str
+    counts: dict[str, Counts]
 
 
-def one_draw(
-    seed: int, number: int, index: int, centre: Values, spread: float, tried: list[Row]
-) -> Draw:
-    """One trial of every row with parameters drawn about `centre`."""
-    rng = np.random.default_rng([seed, number, index])
-    values = drawn_values(centre, spread, rng)
-    seeds = dict(zip(map(str, tried), map(int, rng.integers(2**31, size=len(tried))), strict=True))
-    ends = {}
-    for name in OBJECTS:
-        cell = lone_cell(name, settings_with(values))
-        for row in (row for row in tried if row.name == name):
-            state, _ = try_action(cell, name, row.x_i, row.action, seeds[str(row)])
-            ends[str(row)] = int(state)
-    return Draw(number, index, values, ends)
+def try_level(
+    step: int, parameter: str, values: Mapping[str, float], mine: list[Row], seeds: range
+) -> Tried:
+    """The same seeds for every row of a toy and for every level."""
+    name = mine[0].name
+    cell = lone_cell(name, settings_with(values))
+    counts = {str(r): final_states(cell, name, r.x_i, r.action, seeds) for r in mine}
+    return Tried(step, parameter, values[parameter], name, counts)
 
 
-def run_round(
+def try_levels(
     path: Path,
-    seed: int,
-    number: int,
-    count: int,
-    centre: Values,
-    spread: float,
-    tried: list[Row],
+    step: int,
+    parameter: str,
+    wanted: list[float],
+    values: Mapping[str, float],
+    touched: list[Row],
+    seeds: range,
     workers: int,
     on_progress: Callable[[int], None],
-) -> None:
-    """Add what is missing of a round's draws to the file."""
-    done = {draw.number for draw in read(path) if draw.round == number}
-    missing = [index for index in range(count) if index not in done]
+) -> dict[float, dict[str, Counts]]:
+    """Counts by row, by level; what the file does not have yet is made and added to it."""
+    names = sorted({row.name for row in touched})
+    jobs_of = [(level, name) for level in wanted for name in names]
+    done = {(t.level, t.name): t for t in read(path) if t.step == step}
     on_progress(len(done))
     _end_torn_line(path)
     # Physics clients do not survive a fork.
     with ProcessPoolExecutor(workers, get_context('spawn')) as pool, path.open('a') as file:
-        jobs: list[Future[Draw]] = [
-            pool.submit(one_draw, seed, number, index, centre, spread, tried) for index in missing
-        ]
-        for finished, job in enumerate(as_completed(jobs), len(done) + 1):
-            file.write(json.dumps(job.result()._asdict()) + '\n')
+        jobs: list[Future[Tried]] = [
+            pool.submit(
+                try_level, step, parameter, {**values, parameter: level},
+                [row for row in touched if row.name == name], seeds,
+            )
+            for level, name in jobs_of if (level, name) not in done
+        ]  # fmt: skip
+        for job in as_completed(jobs):
+            tried = job.result()
+            file.write(json.dumps(tried._asdict()) + '\n')
             file.flush()
-            on_progress(finished)
+            done[tried.level, tried.name] = tried
+            on_progress(len(done))
+    by_level: dict[float, dict[str, Counts]] = {level: {} for level in wanted}
+    for level, name in jobs_of:
+        by_level[level] |= done[level, name].counts
+    return by_level
 
 
-def read(path: Path) -> list[Draw]:
-    """All complete draws of a file, in the order of round and index; none without the file."""
-    return (
-        sorted(_lines(path), key=lambda draw: (draw.round, draw.number)) if path.exists() else []
-    )
+def read(path: Path) -> list[Tried]:
+    """All complete lines of a file; none without the file."""
+    return list(_lines(path)) if path.exists() else []
 
 
 def _end_torn_line(path: Path) -> None:
@@ -99,10 +95,12 @@ def _end_torn_line(path: Path) -> None:
             file.write('\n')
 
 
-def _lines(path: Path) -> Iterator[Draw]:
+def _lines(path: Path) -> Iterator[Tried]:
     for line in path.read_text().splitlines():
         try:
-            yield Draw(**json.loads(line))
+            found = json.loads(line)
         except json.JSONDecodeError:
             # The torn end of a search that was killed while it wrote.
             continue
+        counts = {row: (c[0], c[1], c[2]) for row, c in found.pop('counts').items()}
+        yield Tried(counts=counts, **found)
