@@ -4,11 +4,11 @@ With q and e of moment_matching and d_i = x_i - m, and a Gaussian input N(m, S),
 
     e_ij = ½ log|I + W'W| + y_i·t_j - ½|y_i|² - ½|r_j|²
     TT' = Λ_b + S_a,  y_i = T⁻¹ S_a Λ_a⁻¹ d_i,  t_j = T⁻¹ d_j,  W = T⁻¹ S L'⁻¹,
-    r_j = U⁻¹ W' t_j  with UU' = I + W'W
+    r_j = (I + W'W)^-½ W' t_j
 
 so that e is a product of matrices of D + 2 columns, and what is left for each of the n² pairs is
 one expm1 and one or two multiplications, in tables small enough to stay in the cache. For a = b
-the table is symmetric, and half of it is enough.
+the table is symmetric, and half of it is enough (pair_blocks).
 """
 
 from __future__ import annotations
@@ -134,7 +134,8 @@ def exponents(seen: View, outputs: Conditioned) -> Exponents:
     solved = solve_lower(lower, right[a])
     shared = transposed(solved[..., 2 * width :])
     overlap = shared @ solved[..., 2 * width :]
-    # -½ d'[(Λ_b + S_a)⁻¹ - (Λ_b + S)⁻¹]d of every training input, by Woodbury.
+    # -½ d'[(Λ_b + S_a)⁻¹ - (Λ_b + S)⁻¹]d of every training input, by Woodbury; with W'W = QVQ'
+    # |r_j|² = |(I + V)^-½ Q'W't_j|².
     values, axes = np.linalg.eigh(overlap)
     values = np.maximum(values, 0)
     volume = 0.5 * np.log1p(values).sum(axis=-1)
