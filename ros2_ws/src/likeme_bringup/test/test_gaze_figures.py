@@ -77,6 +77,10 @@ def test_fig_6(monkeypatch: pytest.MonkeyPatch) -> None:
     assert report.figure is not None
     assert len(report.figure().axes) == 2
     assert '35 deg' in report.text
+    told = report.document['told_by_movements']
+    assert told['mentors_of_each_kind'] == 16
+    assert told['right_after_each_movement'][-1] > 0.9 > told['right_after_each_movement'][0]
+    assert 'by movements alone' in report.text
 
 
 def test_a_95_region_holds_95_percent() -> None:

@@ -165,6 +165,20 @@ def test_moving_everything_changes_nothing(mean: Array, root: Array, by: Array) 
         assert one == pytest.approx(other, rel=1e-6, abs=1e-8)
 
 
+@pytest.mark.parametrize('size', [1.0, 1e3, 1e7])
+def test_units_change_nothing(size: float) -> None:
+    """Nor do they decide when extended precision is needed: cm² are no measure for rad²."""
+    inputs, targets, logs, *rest = problem(n=20)
+    units, mean = np.array([1024.0, 1.0, 1 / 64]), np.array([0.4, -0.7, 0.2])
+    other = GaussianProcesses.from_hyperparameters(
+        inputs * units, targets, logs + np.log(units), *rest
+    )
+    found = other.propagate(mean * units, size * FULL * units[:, None] * units)
+    wanted = GP.propagate(mean, size * FULL)
+    assert found.mean == pytest.approx(wanted.mean, rel=1e-9, abs=1e-12)
+    assert found.covariance == pytest.approx(wanted.covariance, rel=1e-9, abs=1e-12)
+
+
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(vectors)
 def test_far_away_nothing_is_known(mean: Array) -> None:

@@ -17,7 +17,12 @@ from likeme_inference.experiments.blindfold_groups import (
     group_score,
     group_turns,
 )
-from likeme_inference.gaze.blindfold import POINTS, THRESHOLDS, TRIALS, Group
+from likeme_inference.experiments.blindfold_told import (
+    TELLING_POINTS,
+    agent_tells,
+    told_right,
+)
+from likeme_inference.gaze.blindfold import EXECUTIONS, POINTS, THRESHOLDS, TRIALS, Group
 from likeme_inference.gaze.simulation import DEGREE
 
 #: Twenty agents in each of the paper's three groups.
@@ -41,6 +46,7 @@ def figure_6(options: Options) -> Report:
         'p_baseline_and_windowed_above_opaque': follows_more(following, turned['opaque']),
         'p_opaque_differs_from_0': differs_from_zero(turned['opaque']),
         'authors_code_at_30_deg': AUTHORS_CODE,
+        'told_by_movements': told_by_movements(seeds, options.workers or 1),
     }
 
     def figure() -> Any:
@@ -55,6 +61,21 @@ def all_turns(group: Group, seeds: range, workers: int) -> NDArray[np.float64]:
     """Turns of AGENTS agents for every seed, rad (agents, trials)."""
     with ProcessPoolExecutor(workers) as pool:
         return np.concatenate(list(pool.map(group_turns, seeds, repeat(group), repeat(AGENTS))))
+
+
+def told_by_movements(seeds: range, workers: int) -> dict[str, Any]:
+    """How often AGENTS agents for every seed tell blindfolded mentors from others."""
+    each = [(seed, agent) for seed in seeds for agent in range(AGENTS)]
+    with ProcessPoolExecutor(workers) as pool:
+        right = told_right(np.array(list(pool.map(agent_tells, *zip(*each, strict=True)))))
+    share = right.mean(axis=(0, 3))
+    return {
+        'training_points': TELLING_POINTS,
+        'mentors_of_each_kind': right[:, 0, 0].size,
+        'right_after_each_movement': share.mean(axis=1).tolist(),
+        'right_of_seeing': share[:, 0].tolist(),
+        'right_of_blindfolded': share[:, 1].tolist(),
+    }
 
 
 def _entry(group: Group, turned: NDArray[np.float64]) -> dict[str, Any]:
@@ -87,6 +108,13 @@ def _table(document: dict[str, Any]) -> str:
         f'baseline and windowed above opaque: p = '
         f'{document["p_baseline_and_windowed_above_opaque"]:.1e}; '
         f'opaque differs from 0: p = {document["p_opaque_differs_from_0"]:.2f}'
+    )
+    told = document['told_by_movements']
+    shares = ', '.join(f'{100 * share:.0f}' for share in told['right_after_each_movement'])
+    lines.append(
+        f'by movements alone, who is blindfolded: {shares} % right after 1 to {EXECUTIONS} '
+        f'movements ({2 * told["mentors_of_each_kind"]} mentors; agents of '
+        f'{told["training_points"]} movements)'
     )
     return '\n'.join(lines)
 

@@ -9,6 +9,7 @@ following.goal.mean, following.action.mean
 
 from likeme_inference.gaze.beliefs import Gaussian, known
 from likeme_inference.gaze.chain import HeadModel
+from likeme_inference.gaze.covered import eyes_covered
 from likeme_inference.gaze.follower import GazeFollower, Mentor
 from likeme_inference.gaze.following import (
     Following,
@@ -50,6 +51,7 @@ __all__ = [
     'Viewpoints',
     'blindfolded_experience',
     'experience_of',
+    'eyes_covered',
     'fit',
     'follow_gaze',
     'forward_inference',

@@ -69,9 +69,11 @@ def condition(
     mean + C S⁻¹ (observed - E[seen]) and covariance - C S⁻¹ C', by the Cholesky factor of S.
     """
     lower = np.linalg.cholesky(seen.covariance)
-    gain = np.linalg.solve(lower, np.swapaxes(cross, -1, -2))
-    surprise = np.linalg.solve(lower, (observed - seen.mean)[..., None])
-    flipped = np.swapaxes(gain, -1, -2)
+    away = np.broadcast_to(observed - seen.mean, (*cross.shape[:-2], cross.shape[-1]))
+    right = np.concatenate([cross, away[..., None, :]], axis=-2).swapaxes(-1, -2)
+    solved = np.linalg.solve(lower, right)
+    gain, surprise = solved[..., :-1], solved[..., -1:]
+    flipped = gain.swapaxes(-1, -2)
     return Gaussian(
         belief.mean + (flipped @ surprise)[..., 0], symmetric(belief.covariance - flipped @ gain)
     )
@@ -87,7 +89,7 @@ def mixture(parts: Gaussian, weights: FloatArray) -> Gaussian:
 
 def symmetric(matrix: FloatArray) -> FloatArray:
     """The symmetric part of a matrix, or of a batch of them."""
-    return np.asarray((matrix + np.swapaxes(matrix, -1, -2)) / 2)
+    return np.asarray((matrix + matrix.swapaxes(-1, -2)) / 2)
 
 
 def mahalanobis(belief: Gaussian, point: FloatArray) -> FloatArray:

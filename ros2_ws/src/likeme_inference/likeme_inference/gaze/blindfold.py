@@ -113,8 +113,8 @@ def turns(
     start = np.zeros(TRIALS)
     following = follow_gaze(
         (agent.mentor_head(covers), agent.head),
-        _prior(scene),
-        _shown(rng, sides, scene),
+        trial_prior(scene),
+        Evidence(EXECUTIONS, shown(rng, sides, scene).mean(axis=0)),
         Viewpoints(scene.agent, scene.mentor, known(start[:, None])),
     )
     _, final = execute(rng, following.action.mean, start, scene)
@@ -128,18 +128,17 @@ def scores(turned: FloatArray, threshold: float) -> FloatArray:
     return np.asarray(right.sum(axis=-1) - wrong.sum(axis=-1), dtype=np.float64)
 
 
-def _shown(rng: np.random.Generator, sides: FloatArray, setting: Setting) -> Evidence:
-    """The mentor's executions of a turn to each side, from facing the agent."""
+def shown(rng: np.random.Generator, sides: FloatArray, setting: Setting) -> FloatArray:
+    """The mentor's executions of a turn to each side, from facing the agent (K, TRIALS, 2)."""
     away = math.hypot(setting.mentor.x - setting.agent.x, setting.mentor.y - setting.agent.y)
     distance = away / 2 / math.cos(TURN)
     goal = distance * np.stack([np.cos(TURN * sides), np.sin(TURN * sides)], axis=-1)
     start = np.zeros((EXECUTIONS, TRIALS))
-    shown = np.broadcast_to(aim(goal, np.zeros(TRIALS)), (EXECUTIONS, TRIALS, 2))
-    _, final = execute(rng, shown, start, setting)
-    return Evidence(EXECUTIONS, final.mean(axis=0))
+    action = np.broadcast_to(aim(goal, np.zeros(TRIALS)), (EXECUTIONS, TRIALS, 2))
+    return execute(rng, action, start, setting)[1]
 
 
-def _prior(setting: Setting) -> Gaussian:
+def trial_prior(setting: Setting) -> Gaussian:
     """Prior of (goal, x_i) in the mentor's frame, the same for every trial."""
     goal = setting.mentor.belief_from_parent(goal_prior(setting.agent, setting.mentor))
     both = independent(goal, known([0.0]))

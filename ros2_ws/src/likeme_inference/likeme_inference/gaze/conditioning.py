@@ -16,31 +16,58 @@ from likeme_inference.gaze.kernel import (
     solve,
     squared_distances,
 )
-from likeme_inference.gaze.trend import Basis, Trend, basis_for, coefficients_doubt
+from likeme_inference.gaze.pair_blocks import PairBlocks, each_pair_once, every_pair
+from likeme_inference.gaze.trend import (
+    Basis,
+    Trend,
+    Trends,
+    basis_for,
+    coefficients_doubt,
+    trends_of,
+)
 
 
 class Conditioned(NamedTuple):
-    """E outputs and their P = E (E + 1) / 2 pairs a <= b.
+    """E outputs and their P = E (E + 1) / 2 pairs a <= b, those with a = b first.
 
-    Attributes:
+    Attributes (m = 1 + D with trends, else 0):
         squares: squared lengthscales (E, D).
-        log_signal_variance: log σ_f² (E,).
+        kernels: Λ, the same as diagonal matrices (E, 1, D, D).
+        signal_variance, noise_variance: σ_f² and σ_n² (E,).
+        log_peak: log σ_f² + ½ log|Λ| (E,).
         lowers: Cholesky factors of the kernel matrices with noise (E, n, n).
         weights: β = K⁻¹y (E, n), of what the trend leaves of y where there is one.
-        trends: one for each output, or none.
+        trends: those of all outputs, or none.
+        by_q: what E[k(x)] is summed with: β, and K⁻¹H where there are trends (E, n, 1 + m).
+        by_pull: what Cov[x, k(x)] is summed with: β, and K⁻¹HB of the slopes (E, n, 1 or 1 + D).
         log_likelihood: log p(y | X) (E,).
         first, second: the outputs a and b of each pair (P,).
-        tables: β_a β_b', less K⁻¹ for a = b (P, n, n); with a trend, P stands for K⁻¹.
+        pair: which pair two outputs are (E, E).
+        second_kernels: Λ of each pair's second output (P, 1, D, D).
+        identity: (D, D).
+        whole: every pair of training inputs, in one rectangle.
+        blocks: how the pairs of training inputs are gone through where a = b.
+        tables: ββ' - K⁻¹ of each output in these blocks; with a trend, P stands for K⁻¹.
     """
 
     squares: FloatArray
-    log_signal_variance: FloatArray
+    kernels: FloatArray
+    signal_variance: FloatArray
+    noise_variance: FloatArray
+    log_peak: FloatArray
     lowers: FloatArray
     weights: FloatArray
-    trends: tuple[Trend, ...]
+    trends: Trends | None
+    by_q: FloatArray
+    by_pull: FloatArray
     log_likelihood: FloatArray
     first: NDArray[np.intp]
     second: NDArray[np.intp]
+    pair: NDArray[np.intp]
+    second_kernels: FloatArray
+    identity: FloatArray
+    whole: PairBlocks
+    blocks: PairBlocks
     tables: FloatArray
 
 
@@ -75,21 +102,43 @@ def condition_on(
         _condition(distances, target, log_all, basis, columns)
         for target, log_all in zip(targets.T, logs, strict=True)
     ]
-    first, second = np.triu_indices(len(outputs))
+    trends = None
+    if basis is not None:
+        trends = trends_of(basis, [o.trend for o in outputs if o.trend is not None])
+    return _conditioned(logs, outputs, trends)
+
+
+def _conditioned(logs: FloatArray, outputs: list[_Output], trends: Trends | None) -> Conditioned:
+    squares = np.exp(2 * logs[:, :-2])
     weights = np.array([output.weights for output in outputs])
-    tables = weights[first, :, None] * weights[second, None, :]
-    for e, output in enumerate(outputs):
-        tables[(first == e) & (second == e)] -= output.inverse
+    blocks = each_pair_once(weights.shape[1])
+    tables = [blocks.folded(np.outer(o.weights, o.weights) - o.inverse) for o in outputs]
+    apart = np.triu_indices(len(outputs), 1)
+    first, second = (np.append(np.arange(len(outputs)), end) for end in apart)
+    pair = np.empty((len(outputs), len(outputs)), dtype=np.intp)
+    pair[first, second] = pair[second, first] = np.arange(len(first))
+    kernels = squares[:, None, :, None] * np.eye(squares.shape[1])
+    column = weights[:, :, None]
     return Conditioned(
-        np.exp(2 * logs[:, :-2]),
-        2 * logs[:, -2],
+        squares,
+        kernels,
+        np.exp(2 * logs[:, -2]),
+        np.exp(2 * logs[:, -1]),
+        2 * logs[:, -2] + logs[:, :-2].sum(axis=1),
         np.array([output.lower for output in outputs]),
         weights,
-        tuple(output.trend for output in outputs if output.trend is not None),
+        trends,
+        column if trends is None else np.concatenate([column, trends.solved], axis=-1),
+        column if trends is None else np.concatenate([column, trends.slope_solved], axis=-1),
         np.array([output.log_likelihood for output in outputs]),
         first,
         second,
-        tables,
+        pair,
+        kernels[second],
+        np.eye(squares.shape[1]),
+        every_pair(weights.shape[1]),
+        blocks,
+        np.array(tables),
     )
 
 
@@ -104,7 +153,7 @@ def _condition(
     inverse, trend, size, rest = precision(lower), None, (0, 0.0), target
     if basis is not None and columns is not None:
         solved, doubt, volume = coefficients_doubt(lower, columns)
-        trend = Trend(basis, doubt @ (solved.T @ target), doubt, solved)
+        trend = Trend(doubt @ (solved.T @ target), doubt, solved)
         inverse -= solved @ doubt @ solved.T
         rest, size = target - columns @ trend.coefficients, (len(doubt), float(volume))
     weights = _refined_weights(lower, distances[1], log_all, rest)

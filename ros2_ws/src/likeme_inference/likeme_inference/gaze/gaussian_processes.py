@@ -11,16 +11,13 @@ from numpy.typing import ArrayLike
 from likeme_inference.gaze.beliefs import Gaussian
 from likeme_inference.gaze.checks import FloatArray, covariances, numbers
 from likeme_inference.gaze.conditioning import Conditioned, condition_on
-from likeme_inference.gaze.moment_matching import (
-    first_moments,
-    pair_sums,
-    remaining_variances,
-    view,
-)
+from likeme_inference.gaze.moment_matching import first_moments, view
+from likeme_inference.gaze.pair_sums import pair_sums
+from likeme_inference.gaze.trend import Trends
 
-#: Bytes of the (pairs, points, n, n) table one pass works on: enough points to share the small
-#: work, few enough for the table to stay in a cache.
-TABLE_BYTES = 6_000_000
+#: Numbers for each training input (whitened distances and the like) that one pass works on: enough
+#: inputs to share the small work, few enough to stay in a cache.
+PASS = 8_000
 
 
 class Moments(NamedTuple):
@@ -121,7 +118,7 @@ class GaussianProcesses:
     @property
     def noise_variance(self) -> FloatArray:
         """σ_n² of each output (E,)."""
-        return np.asarray(np.exp(2 * self.log_noise_std))
+        return self._outputs.noise_variance
 
     def propagate(self, mean: ArrayLike, covariance: ArrayLike) -> Moments:
         """Exact moments of the output for an input N(mean, covariance).
@@ -145,7 +142,7 @@ class GaussianProcesses:
         *batch, width = mean.shape
         at, spread = mean.reshape(-1, width), covariance.reshape(-1, width, width)
         parts = [self._regress(at[rows], spread[rows]) for rows in _rows(len(at), self._outputs)]
-        whole = [np.concatenate(c) if len(c) > 1 else c[0] for c in zip(*parts, strict=True)]
+        whole = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
         return Regression(*(array.reshape(*batch, *array.shape[1:]) for array in whole))
 
     def negative_log_marginal_likelihood(self) -> FloatArray:
@@ -155,39 +152,35 @@ class GaussianProcesses:
     def _regress(self, mean: FloatArray, covariance: FloatArray) -> Regression:
         at, outputs = Gaussian(mean, covariance), self._outputs
         seen = view(self.inputs, outputs, at)
-        means, cross, gains = first_moments(seen, outputs)
-        count = len(means)
-        spread = np.zeros((count, count, len(mean)))
+        first = first_moments(seen, outputs, at)
+        count = len(first.mean)
         # Of a known input nothing spreads: no table over all pairs of training inputs is needed.
         if covariance.any():
-            sums = pair_sums(seen, outputs)
-            spread[outputs.first, outputs.second] = spread[outputs.second, outputs.first] = sums
-        own = np.arange(count)
-        spread[own, own] += remaining_variances(seen, outputs, at)
-        spread[own, own] = np.maximum(spread[own, own], 0) + self.noise_variance[:, None]
-        found = Regression(
-            means.T,
-            np.moveaxis(gains, 0, -1),
-            np.moveaxis(spread, -1, 0),
-            np.moveaxis(cross, 0, -1),
-        )
-        return self._with_trends(found, at) if self.with_trend else found
+            spread = pair_sums(seen, outputs)[outputs.pair].transpose(2, 0, 1)
+        else:
+            spread = np.zeros((len(mean), count, count))
+        variances = np.einsum('bee->be', spread)
+        variances += first.variance.T
+        np.maximum(variances, 0, out=variances)
+        variances += outputs.noise_variance
+        gain, cross = first.gain.transpose(1, 2, 0), first.cross.transpose(1, 2, 0)
+        found = Regression(first.mean.T, gain, spread, cross)
+        return found if outputs.trends is None else _with_trends(found, at, outputs.trends)
 
-    def _with_trends(self, found: Regression, at: Gaussian) -> Regression:
-        """Means, gains and covariances of the outputs once their trends are added."""
-        trends = self._outputs.trends
-        slopes = np.stack([trend.slope for trend in trends], axis=-1)
-        moved = at.covariance @ slopes
-        mixed = slopes.T @ (found.cross + moved / 2)
-        return Regression(
-            found.mean + np.stack([trend.mean(at.mean) for trend in trends], axis=-1),
-            found.gain + slopes,
-            found.covariance + mixed + np.swapaxes(mixed, -1, -2),
-            found.cross + moved,
-        )
+
+def _with_trends(found: Regression, at: Gaussian, trends: Trends) -> Regression:
+    """Gains and covariances of the outputs once their trends are added."""
+    moved = at.covariance @ trends.slopes
+    mixed = trends.slopes.T @ (found.cross + moved / 2)
+    return Regression(
+        found.mean,
+        found.gain + trends.slopes,
+        found.covariance + mixed + mixed.swapaxes(-1, -2),
+        found.cross + moved,
+    )
 
 
 def _rows(points: int, outputs: Conditioned) -> list[slice]:
-    """Slices of a batch whose tables over all pairs of inputs fit into the cache."""
-    step = max(1, TABLE_BYTES // (8 * outputs.tables.size))
+    """Slices of a batch whose vectors over all training inputs fit into the cache."""
+    step = max(1, PASS // outputs.weights.shape[1])
     return [slice(start, start + step) for start in range(0, points, step)] or [slice(0, 0)]

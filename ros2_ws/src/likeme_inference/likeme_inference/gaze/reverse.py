@@ -105,6 +105,25 @@ def infer_goal(
     return _iterated(model, prior, evidence)[0]
 
 
+def log_evidence(model: HeadModel, prior: Gaussian, final: FloatArray) -> FloatArray:
+    """log p(x_f of all executions | x_i) under a model (...), less what all models have in common.
+
+    The average of K executions counts as `infer_goal` sees it; how far they are from each other
+    is up to their own noise.
+
+    Args:
+        model: policy and transition.
+        prior: of (g, x_i) (..., 2 + S).
+        final: x_f of each execution (K, ..., F), distances included.
+    """
+    mean = final.mean(axis=0)
+    belief, density = _iterated(model, prior, Evidence(len(final), mean))
+    noise = execution_noise(model, chain(model, belief))
+    between = mahalanobis(Gaussian(mean, noise), final).sum(axis=0)
+    volume = (len(final) - 1) * np.linalg.slogdet(noise)[1]
+    return np.asarray(density - 0.5 * (between + volume))
+
+
 def _iterated(
     model: HeadModel, prior: Gaussian, evidence: Evidence
 ) -> tuple[Gaussian, FloatArray]:

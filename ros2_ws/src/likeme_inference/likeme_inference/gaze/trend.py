@@ -9,6 +9,7 @@ P = K⁻¹ - K⁻¹H B H'K⁻¹ with B = (H'K⁻¹H)⁻¹.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -38,47 +39,68 @@ class Trend(NamedTuple):
     """One output's trend given its training data.
 
     Attributes:
-        basis: h.
         coefficients: E[γ] (1 + D,).
         doubt: B = Cov[γ] (1 + D, 1 + D).
         solved: K⁻¹H (n, 1 + D).
     """
 
-    basis: Basis
     coefficients: FloatArray
     doubt: FloatArray
     solved: FloatArray
 
-    @property
-    def slope(self) -> FloatArray:
-        """Derivative of the trend by x (D,)."""
-        return np.asarray(self.coefficients[1:] / self.basis.scale)
 
-    def mean(self, at: FloatArray) -> FloatArray:
-        """E[h(x)'γ] for inputs with mean `at` (B, D); shape (B,)."""
-        return np.asarray(self.basis.of(at) @ self.coefficients)
+class Trends(NamedTuple):
+    """The trends of E outputs over the same inputs.
+
+    Attributes:
+        basis: h.
+        coefficients: E[γ] (E, 1 + D).
+        slopes: derivatives of the trends by x (D, E).
+        doubt: B = Cov[γ] (E, 1 + D, 1 + D).
+        slope_doubt: Cov of an output's slopes, row after row (D D, E).
+        solved: K⁻¹H (E, n, 1 + D).
+        slope_solved: K⁻¹HB for the slopes alone (E, n, D).
+    """
+
+    basis: Basis
+    coefficients: FloatArray
+    slopes: FloatArray
+    doubt: FloatArray
+    slope_doubt: FloatArray
+    solved: FloatArray
+    slope_solved: FloatArray
 
     def open_variance(
-        self, at: FloatArray, covariance: FloatArray, q: FloatArray, crossed: FloatArray
+        self, covariance: FloatArray, average: FloatArray, shared: FloatArray
     ) -> FloatArray:
-        """What the coefficients' doubt adds to the output's variance (B,).
+        """What the coefficients' doubt adds to the outputs' variances (E, B).
 
         With R(x) = h(x) - H'K⁻¹k(x) it is E[R'BR]; the share of Cov[k(x)] is left to the sum over
         all pairs of training inputs, where P stands for K⁻¹.
 
         Args:
-            at: input means (B, D).
-            covariance: input covariances (B, D, D).
-            q: E[k(x)] (B, n).
-            crossed: Cov[x, k(x)] (B, D, n).
+            covariance: of the inputs (B, D, D).
+            average: E[R(x)] (E, B, 1 + D).
+            shared: tr(Cov[x, k(x)] K⁻¹HB) over the slopes (E, B).
         """
-        average = self.basis.of(at) - q @ self.solved
-        scale = self.basis.scale
-        slopes = self.doubt[1:, 1:] / (scale[:, None] * scale)
-        weights = (self.solved @ self.doubt[:, 1:]) / scale
-        spread = covariance.reshape(len(covariance), -1) @ slopes.ravel()
-        shared = crossed.reshape(len(crossed), -1) @ weights.T.ravel()
-        return np.asarray(((average @ self.doubt) * average).sum(-1) + spread - 2 * shared)
+        spread = covariance.reshape(len(covariance), -1) @ self.slope_doubt
+        return np.asarray(((average @ self.doubt) * average).sum(axis=-1) + spread.T - 2 * shared)
+
+
+def trends_of(basis: Basis, trends: Sequence[Trend]) -> Trends:
+    """All outputs' trends side by side."""
+    coefficients, doubt, solved = (np.stack(part) for part in zip(*trends, strict=True))
+    scale = basis.scale
+    by_slope = doubt[:, 1:, 1:] / (scale[:, None] * scale)
+    return Trends(
+        basis,
+        coefficients,
+        coefficients[:, 1:].T / scale[:, None],
+        doubt,
+        by_slope.reshape(len(doubt), -1).T,
+        solved,
+        solved @ doubt[:, :, 1:] / scale,
+    )
 
 
 def basis_for(inputs: FloatArray) -> Basis:
