@@ -69,7 +69,6 @@ KEYS = {
     'rich': ('python3-rich', 'rich'),
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
     'scipy': ('python3-scipy', 'scipy'),
-    'sklearn': ('python3-sklearn', 'scikit-learn'),
     'sqlalchemy': ('python3-sqlalchemy', 'sqlalchemy'),
     'typer': ('python3-typer', 'typer'),
     'yaml': ('python3-yaml', 'pyyaml'),

@@ -23,7 +23,6 @@ setup(
         'pyyaml',
         'rich',
         'rosbags',
-        'scikit-learn',
         'scipy',
         'typer',
     ],
