@@ -10,7 +10,7 @@
 #   --all           every topic there is
 #   --topics TOPIC  this topic instead of the usual ones; may be repeated
 #   --storage S     mcap (default) or sqlite3
-#   --no-compress   do not compress by zstd (--compress is the default)
+#   --compression C lz4 (default; sqlite3: zstd), zstd (a third smaller, read more slowly) or none
 #   --duration S    end after so many seconds
 #   --domain N      ROS domain (default: ROS_DOMAIN_ID or 0)
 #   --suite         make the shipped recordings anew (all, or those named), with their expected logs

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import subprocess
 import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,6 +16,7 @@ from sensor_msgs.msg import CameraInfo
 from graph import LATCHED, Graph
 from likeme_bags.reading import open_bag
 from likeme_bags.writing import BagWriter
+from likeme_bringup.replaying.busy_cores import busy_cores
 from likeme_msgs.msg import Decision
 
 BAGS = Path(__file__).parents[1] / 'bags'
@@ -35,30 +32,6 @@ def replay(
     )
 
 
-def busy(stop_at: float) -> None:
-    while time.monotonic() < stop_at:
-        sum(range(10_000))
-
-
-@contextmanager
-def loaded_cores() -> Iterator[None]:
-    """As many processes that never rest as there are cores."""
-    cores = len(os.sched_getaffinity(0))
-    context = multiprocessing.get_context('spawn')
-    spinning = [
-        context.Process(target=busy, args=(time.monotonic() + 300,), daemon=True)
-        for _ in range(cores)
-    ]
-    for process in spinning:
-        process.start()
-    try:
-        yield
-    finally:
-        for process in spinning:
-            process.kill()
-            process.join()
-
-
 @pytest.mark.graph
 @pytest.mark.slow
 def test_in_lockstep_the_log_is_the_same_at_any_rate_and_load(tmp_path: Path) -> None:
@@ -70,7 +43,7 @@ def test_in_lockstep_the_log_is_the_same_at_any_rate_and_load(tmp_path: Path) ->
             told = replay(str(BAGS / name), '--log', str(log), '--rate', rate, domain=domain)
             assert told.returncode == 0, told.stderr
             assert log.read_bytes() == expected, f'at rate {rate}'
-        with loaded_cores():
+        with busy_cores(300):
             told = replay(str(BAGS / name), '--log', str(log), domain=domain)
         assert told.returncode == 0, told.stderr
         assert log.read_bytes() == expected, 'with all cores busy'

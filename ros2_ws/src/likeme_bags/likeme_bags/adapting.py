@@ -74,13 +74,14 @@ def camera_remap(bag: Bag, given: Mapping[str, str] | None = None) -> dict[str, 
         BagError: one of the three is not there, or of a type that cannot be used.
     """
     remap = dict(given or {})
-    for target, names in KNOWN_NAMES.items():
+    for target, known in KNOWN_NAMES.items():
         chosen = [name for name, new in remap.items() if bare(new) == target]
-        topic = _first(bag, chosen or [f'{n}{end}' for n in names for end in _TRANSPORTS])
+        topic = _first(bag, chosen or [f'{n}{end}' for n in known for end in _TRANSPORTS])
         if topic is None:
             have = ', '.join(f'{t.name} ({t.type})' for t in bag.topics) or 'no topics'
             wanted = ' or '.join(_WANTED[target])
-            raise BagError(f'Expected {chosen or target} of {wanted}, got {have}; see --remap.')
+            names = ', '.join(chosen) or target
+            raise BagError(f'Expected {names} of {wanted}, got {have}; see --remap.')
         if topic.type not in _WANTED[target]:
             wanted = ' or '.join(_WANTED[target])
             raise BagError(f'{topic.name} as {target}: expected {wanted}, got {topic.type}.')

@@ -16,6 +16,9 @@ from likeme_bags.verdicts import Verdict, fail, fine, warn
 # Colour and depth belong together up to this difference of their header stamps, ns: half a period
 # of a camera of 30 Hz.
 _TOGETHER = 16_666_667
+# A recorder finds one topic after the other, and is stopped between two: what is alone this near,
+# ns, to where the other half begins or ends is no loss.
+_EDGE = 1_000_000_000
 
 
 def _camera(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
@@ -41,13 +44,22 @@ def _info(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
     if not infos:
         return fail(f'Expected a camera_info beside {images[0].topic.name}, got none.')
     sizes = {size for f in infos for size in f.infos}
-    for fact in images:
+    for fact in _of_the_camera(bag, images):
         strange = fact.shapes - sizes
         if strange and sizes:
             height, width = next(iter(strange))
             said = ', '.join(f'{h}x{w}' for h, w in sorted(sizes))
             return fail(f'{fact.topic.name} is {height}x{width}, camera_info says {said}.')
     return fine('camera_info is there and has the size of the pictures.')
+
+
+def _of_the_camera(bag: Bag, images: Sequence[TopicFacts]) -> Sequence[TopicFacts]:
+    """Those images that a camera_info speaks of: not overlays that somebody drew."""
+    try:
+        names = camera_remap(bag)
+    except BagError:
+        return images
+    return [fact for fact in images if fact.topic.name in names]
 
 
 def _pairs(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
@@ -60,11 +72,14 @@ def _pairs(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:
         assert lone is not None
         return fail(f'{lone.topic.name} is there without its other half, colour or depth.')
     alone = _alone(colour.times, depth.times), _alone(depth.times, colour.times)
-    if any(alone):
-        return fail(
-            f'{alone[0]} of {len(colour.stamps)} colour pictures have no depth, '
-            f'{alone[1]} of {len(depth.stamps)} depth pictures no colour.'
-        )
+    said = (
+        f'{len(alone[0])} of {len(colour.stamps)} colour pictures have no depth, '
+        f'{len(alone[1])} of {len(depth.stamps)} depth pictures no colour'
+    )
+    if _inside(alone[0], depth.times) or _inside(alone[1], colour.times):
+        return fail(f'{said}.')
+    if any(map(len, alone)):
+        return warn(f'{said}, all of them where the recording begins or ends.')
     return fine(f'{len(colour.stamps)} pairs of colour and depth, none alone.')
 
 
@@ -75,13 +90,20 @@ def _of(facts: Sequence[TopicFacts], name: str, encodings: Sequence[str]) -> Top
     return max(named or there, key=lambda f: len(f.stamps), default=None)
 
 
-def _alone(times: NDArray[np.int64], others: NDArray[np.int64]) -> int:
-    """How many of these times have none of the others near."""
+def _alone(times: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Those of these times that have none of the others near."""
     others = np.sort(others)
     at = np.searchsorted(others, times)
     before = np.abs(times - others[np.clip(at - 1, 0, len(others) - 1)])
     after = np.abs(times - others[np.clip(at, 0, len(others) - 1)])
-    return int((np.minimum(before, after) > _TOGETHER).sum())
+    return times[np.minimum(before, after) > _TOGETHER]
+
+
+def _inside(alone: NDArray[np.int64], others: NDArray[np.int64]) -> bool:
+    """Whether some of these lie where the others are, or go on long without them."""
+    begin, end = others.min(), others.max()
+    outside = ((alone < begin) & (alone > begin - _EDGE)) | ((alone > end) & (alone < end + _EDGE))
+    return not outside.all()
 
 
 def _pictures(bag: Bag, facts: Sequence[TopicFacts]) -> Verdict:

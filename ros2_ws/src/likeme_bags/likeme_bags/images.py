@@ -62,7 +62,7 @@ def decode_image(record: Record) -> DecodedImage:
     if record.type not in (IMAGE, COMPRESSED):
         raise BagError(f'{record.topic}: expected an image, got {record.type}.')
     try:
-        message: Any = jazzy().deserialize_cdr(record.data, record.type)
+        message: Any = jazzy().deserialize_cdr(memoryview(record.data), record.type)
         encoding, pixels = (_raw if record.type == IMAGE else _compressed)(message)
     except BagError as error:
         raise BagError(f'{record.topic}: {error}') from None

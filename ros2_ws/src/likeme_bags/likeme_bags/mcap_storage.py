@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from likeme_bags.ahead import Ahead
 from likeme_bags.compression import decompress_prefix
 from likeme_bags.errors import DamagedError
 from likeme_bags.files import FileBytes
@@ -40,6 +41,7 @@ class McapStorage:
         self._notes = notes
         self._file = FileBytes(path)
         self._cache: BlockCache[ChunkContent] = BlockCache()
+        self._ahead: Ahead[ChunkContent] = Ahead(self._read, self._size_of)
         self._checked: set[int] = set()
         self._unreadable: set[int] = set()
         # Schemas and channels that a chunk describes, rather than the summary alone.
@@ -67,6 +69,7 @@ class McapStorage:
 
     def close(self) -> None:
         """Let go of the file."""
+        self._ahead.close()
         self._file.close()
 
     def fetch(self, stamp: int, channel: int, block: int, offset: int) -> bytes | None:
@@ -127,7 +130,7 @@ class McapStorage:
         content = self._cache.get(number)
         if content is None:
             try:
-                content = self._read(number)
+                content = self._ahead.get(number)
             except DamagedError as error:
                 self._unreadable.add(number)
                 self._lose(f'chunk {number} cannot be read: {error}')
@@ -138,7 +141,13 @@ class McapStorage:
                 self._check(number, content)
         return content
 
+    def _size_of(self, number: int) -> int:
+        """What a chunk says it unpacks to; 0 where there is none."""
+        chunks = self._layout.chunks
+        return chunks[number].header.size if number < len(chunks) else 0
+
     def _read(self, number: int) -> ChunkContent:
+        """A chunk, decompressed; called by other threads, too."""
         header = self._layout.chunks[number].header
         if max(header.stored, header.size) > MAX_BLOCK:
             size = max(header.stored, header.size)

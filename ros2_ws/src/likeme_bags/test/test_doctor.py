@@ -122,6 +122,11 @@ def two_sizes() -> list[Record]:
     return [*healthy(), picture('colour', stamp, stamp, (24, 32)), picture('depth', stamp, stamp)]
 
 
+def drawn_upon() -> list[Record]:
+    drawing = picture('colour', BEGIN, BEGIN, (24, 32))._replace(topic='/table_overlay')
+    return [*healthy(), drawing]
+
+
 def two_clocks() -> list[Record]:
     types, kind = jazzy().types, 'rosgraph_msgs/msg/Clock'
     message = types[kind](types['builtin_interfaces/msg/Time'](1, 0))
@@ -147,6 +152,16 @@ ILL: dict[str, tuple[Callable[[], list[Record]], str, Level]] = {
     'a gap': (lambda: gap(10, 20), 'gaps', Level.FAIL),
     'one depth picture lost': (without(7, 'depth'), 'rgb-d pairs', Level.FAIL),
     'one colour picture lost': (without(7, 'colour'), 'rgb-d pairs', Level.FAIL),
+    'the first depth picture lost': (without(0, 'depth'), 'rgb-d pairs', Level.WARN),
+    'the last colour picture lost': (without(-1, 'colour'), 'rgb-d pairs', Level.WARN),
+    'colour that ends early': (
+        lambda: [
+            r for r in healthy() if r.topic != NAMES['colour'] or r.stamp < BEGIN + 2 * PERIOD
+        ] + [picture('depth', BEGIN + k * PERIOD, BEGIN + k * PERIOD) for k in range(30, 60)],
+        'rgb-d pairs',
+        Level.FAIL,
+    ),
+    'another picture than the camera\'s': (drawn_upon, 'camera info', Level.FINE),
     'no depth': (
         lambda: [r for r in healthy() if r.topic != NAMES['depth']],
         'rgb-d pairs',

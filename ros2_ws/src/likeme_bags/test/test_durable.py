@@ -16,15 +16,17 @@ from likeme_bags.reading import open_bag
 
 TEXT = 'std_msgs/msg/String'
 STORE = get_typestore(Stores.ROS2_JAZZY)
-STORAGES = pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+STORAGES = pytest.mark.parametrize(
+    ('storage', 'compression'), [('mcap', 'zstd'), ('mcap', 'lz4'), ('sqlite3', 'zstd')]
+)
 
 
 def data(number: int) -> bytes:
     return bytes(STORE.serialize_cdr(STORE.types[TEXT](f'message {number}'), TEXT))
 
 
-def begun(path: Path, storage: str) -> tuple[DurableWriter, Connection]:
-    writer = DurableWriter(path, storage, custom={'why': 'a test'})
+def begun(path: Path, storage: str, compression: str = 'zstd') -> tuple[DurableWriter, Connection]:
+    writer = DurableWriter(path, storage, compression, custom={'why': 'a test'})
     writer.open()
     return writer, writer.add_connection('talk', TEXT, typestore=STORE)
 
@@ -41,8 +43,10 @@ def texts(path: Path) -> list[bytes]:
 
 
 @STORAGES
-def test_after_every_flush_a_copy_is_a_whole_bag(tmp_path: Path, storage: str) -> None:
-    writer, connection = begun(tmp_path / 'bag', storage)
+def test_after_every_flush_a_copy_is_a_whole_bag(
+    tmp_path: Path, storage: str, compression: str
+) -> None:
+    writer, connection = begun(tmp_path / 'bag', storage, compression)
     assert texts(tmp_path / 'bag') == []
     for number in range(9):
         writer.write(connection, 1000 + number, data(number))
@@ -60,8 +64,10 @@ def test_after_every_flush_a_copy_is_a_whole_bag(tmp_path: Path, storage: str) -
 
 
 @STORAGES
-def test_what_was_not_flushed_costs_nothing_else(tmp_path: Path, storage: str) -> None:
-    writer, connection = begun(tmp_path / 'bag', storage)
+def test_what_was_not_flushed_costs_nothing_else(
+    tmp_path: Path, storage: str, compression: str
+) -> None:
+    writer, connection = begun(tmp_path / 'bag', storage, compression)
     writer.write(connection, 1, data(1))
     writer.flush()
     writer.write(connection, 2, data(2))
@@ -88,3 +94,5 @@ def test_a_bag_that_is_there_and_a_format_that_is_none_are_refused(tmp_path: Pat
         DurableWriter(tmp_path)
     with pytest.raises(BagError, match="mcap or sqlite3, got 'rosbag'"):
         DurableWriter(tmp_path / 'bag', 'rosbag')
+    with pytest.raises(BagError, match="sqlite3 bag packed by zstd or none, got 'lz4'"):
+        DurableWriter(tmp_path / 'bag', 'sqlite3', 'lz4')

@@ -63,7 +63,8 @@ class Definitions:
         """
         self.know(msgtype)
         try:
-            return self.store.deserialize_cdr(data, msgtype)
+            # Through a view no image is copied on the way.
+            return self.store.deserialize_cdr(memoryview(data), msgtype)
         except LIBRARY_ERRORS:
             raise ValueError(f'Expected a {msgtype}, got {len(data)} other bytes.') from None
 

@@ -47,6 +47,8 @@ def demonstration_of(act: observation.Demonstration, table: TableObservation) ->
         domain.Manner(int(act.manner)),
         act.start,
         act.end,
+        tuple(_floats(act.x_i_probability)),
+        tuple(_floats(act.x_f_probability)),
     )
 
 

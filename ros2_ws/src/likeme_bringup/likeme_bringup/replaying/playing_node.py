@@ -31,7 +31,8 @@ from likeme_bringup.replaying.verdict import compare, recorded_entries
 @contextmanager
 def _network(domain: int) -> Iterator[None]:
     """ROS without its signal handlers: Ctrl-C ends what waits here, and things are put away."""
-    rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    # No arguments: ROS would take FROM:=TO of --remap for its own, and rename a second time.
+    rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     try:
         yield
     finally:

@@ -33,6 +33,18 @@ class Storage(StrEnum):
     SQLITE3 = 'sqlite3'
 
 
+class Compression(StrEnum):
+    """How it is packed."""
+
+    LZ4 = 'lz4'
+    ZSTD = 'zstd'
+    NONE = 'none'
+
+
+#: What is read fastest, where the format has it.
+USUAL = {Storage.MCAP: Compression.LZ4, Storage.SQLITE3: Compression.ZSTD}
+
+
 def record(
     name: Annotated[
         list[str] | None,
@@ -43,7 +55,9 @@ def record(
         list[str] | None, typer.Option(help='This topic instead of the usual; may be repeated.')
     ] = None,
     storage: Annotated[Storage, typer.Option(help='The format.')] = Storage.MCAP,
-    compress: Annotated[bool, typer.Option(help='With zstd, or not.')] = True,
+    compression: Annotated[
+        Compression | None, typer.Option(help='How it is packed (default: lz4; sqlite3: zstd).')
+    ] = None,
     duration: Annotated[float | None, typer.Option(min=0.1, help='s, then end.')] = None,
     suite: Annotated[
         bool, typer.Option('--suite', help='Make the shipped recordings anew, without ROS.')
@@ -68,7 +82,8 @@ def record(
     path = Path(names[0]) if '/' in names[0] else FOLDER / names[0]
     wanted = None if all_topics else tuple(topics or TOPICS)
     try:
-        recording = Recording(DurableWriter(path, storage.value, compress))
+        packed = compression or USUAL[storage]
+        recording = Recording(DurableWriter(path, storage.value, packed.value))
         recording.start()
     except (BagError, OSError) as error:
         print(f'record: {error}', file=sys.stderr)

@@ -147,7 +147,7 @@ def listen(
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: signals.append(received))
-    rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     node = RecordNode(recording, wanted)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
