@@ -17,7 +17,6 @@ from likeme_bringup.replaying.entries import demonstration_of, view_of
 from likeme_inference.experiments.forecast import Case
 from likeme_inference.tabletop.domain import Action
 from likeme_inference.tabletop.values import Demonstration, TableView
-from likeme_perception import observation
 from likeme_perception.background import Background
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
@@ -94,21 +93,12 @@ def by_hand(cell: Cell, eyes: Watcher, name: str, action: Action) -> tuple[Demon
     def tick() -> None:
         if cell.world.steps % STEPS_PER_FRAME == 0:
             table = eyes.see()
-            acts.extend(_understood(act, table) for act in table.demonstrations)
+            acts.extend(demonstration_of(act, table) for act in table.demonstrations)
 
     cell.step(BEFORE, tick)
     cell.run_action(Actor.HUMAN, name, sim.Action(action), _no_need, tick)
     cell.step(AFTER, tick)
     return tuple(acts)
-
-
-def _understood(act: observation.Demonstration, table: TableObservation) -> Demonstration:
-    """What the robot is told of an act, with perception's doubts."""
-    return replace(
-        demonstration_of(act, table),
-        x_i_probability=tuple(map(float, act.x_i_probability)),
-        x_f_probability=tuple(map(float, act.x_f_probability)),
-    )
 
 
 def _no_need(_: str) -> None:
