@@ -8,6 +8,8 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 from domain_coordinator import domain_id
 from rosgraph_msgs.msg import Clock
@@ -15,9 +17,13 @@ from sensor_msgs.msg import CameraInfo
 from typer.testing import CliRunner
 
 from graph import LATCHED, Graph
+from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import open_bag
+from likeme_bags.typestores import jazzy
+from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
 from likeme_bringup.replaying.busy_cores import busy_cores
+from likeme_bringup.replaying.offline import replay_offline
 from likeme_bringup.replaying.replay import app
 from likeme_msgs.msg import Decision
 
@@ -180,3 +186,30 @@ def test_another_drivers_names_lead_to_the_same_log(
         told = replay(str(tmp_path / 'other'), '--offline', wait=200)
         assert told.returncode == 1
         assert 'Expected camera/rgb/image_rect_color' in told.stderr
+
+
+def packed(record: Record) -> Record:
+    """An image as image_transport packs it without loss: PNG, for depth behind twelve bytes."""
+    image = decode_image(record)
+    depth = image.encoding == '16UC1'
+    pixels = image.pixels if depth else image.pixels[:, :, ::-1]
+    png = cv2.imencode('.png', pixels, [cv2.IMWRITE_PNG_COMPRESSION, 1])[1].tobytes()
+    form = '16UC1; compressedDepth png' if depth else 'rgb8; png compressed bgr8'
+    message = jazzy().types[COMPRESSED](
+        jazzy().deserialize_cdr(record.data, IMAGE).header,
+        form,
+        np.frombuffer(bytes(12) + png if depth else png, np.uint8),
+    )
+    topic = f'{record.topic}/{"compressedDepth" if depth else "compressed"}'
+    data = bytes(jazzy().serialize_cdr(message, COMPRESSED))
+    return Record(topic, COMPRESSED, record.stamp, data)
+
+
+def test_packed_pictures_lead_to_the_same_log(tmp_path: Path) -> None:
+    with open_bag(BAGS / 'dropped_short') as bag, BagWriter(tmp_path / 'packed') as writer:
+        for record in bag.records():
+            record = packed(record) if record.type == IMAGE else record
+            writer.add(Topic(record.topic, record.type))
+            writer.write(record)
+    replayed = replay_offline(tmp_path / 'packed')
+    assert replayed.log == (BAGS / 'dropped_short.jsonl').read_text(encoding='utf-8')
