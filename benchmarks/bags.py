@@ -1,7 +1,7 @@
 """Recorded bags: recording, reading, replay at any speed, the same log every time, others' bags.
 
 --only PART   this part alone; may be repeated
---runs N      lockstep runs (100, as the requirement has it: 20 to 40 minutes)
+--runs N      lockstep runs (100, as the requirement has it: 8 minutes and more)
 --seconds S   of 640x480 RGB-D at 30 Hz (20)
 --damaged N   bags damaged at random (2000)
 """

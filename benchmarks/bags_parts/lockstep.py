@@ -55,7 +55,7 @@ def measure(effort: Effort) -> Measured:
         Bar('distinct logs of a bag, lockstep, cores busy', most, 1, '', 'requirement', len(runs)),
         Bar('a lockstep run, cores busy', seconds / len(runs), None, 's', n=len(runs)),
     ], {
-        'lockstep runs': f'{len(logs)} bags, rates {", ".join(f"{r:g}" for r in RATES)} in turn',
+        'lockstep runs': f'{len(logs)} bags in turn, at the rates {RATES}',
         'logs that differ from the shipped one': [f'{r.bag} at {r.rate:g}' for r in strange],
     }
 

@@ -96,7 +96,8 @@ def _alone(times: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.in
     at = np.searchsorted(others, times)
     before = np.abs(times - others[np.clip(at - 1, 0, len(others) - 1)])
     after = np.abs(times - others[np.clip(at, 0, len(others) - 1)])
-    return np.asarray(times[np.minimum(before, after) > _TOGETHER])
+    alone: NDArray[np.int64] = times[np.minimum(before, after) > _TOGETHER]
+    return alone
 
 
 def _inside(alone: NDArray[np.int64], others: NDArray[np.int64]) -> bool:

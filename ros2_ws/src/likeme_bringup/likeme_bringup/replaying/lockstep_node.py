@@ -7,17 +7,15 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from builtin_interfaces.msg import Time
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Header
 
 from likeme_bringup.replaying.decision_log import TOPICS, Entry, Event, entry_of, in_order
+from likeme_bringup.replaying.messages import cue_message, nanoseconds, time_of
+from likeme_bringup.replaying.patient_node import NotPlayedError, PatientNode
 from likeme_bringup.replaying.performance import Done
 from likeme_bringup.replaying.script import COLOUR, DEPTH, INFO, Frame, header_stamp
 from likeme_bringup.replaying.transport import Transport
@@ -34,11 +32,7 @@ DISCOVERY = 60.0
 DEEP = QoSProfile(depth=1000)
 
 
-class NotPlayedError(Exception):
-    """The replay cannot begin or go on: what was expected and what came."""
-
-
-class LockstepNode(Node):
+class LockstepNode(PatientNode):
     """Shows frames to a running perception node and gives cues to a running inference node.
 
     Publishes: the three camera topics, as recorded; hear_again (Heard); /clock if wanted;
@@ -49,10 +43,8 @@ class LockstepNode(Node):
     """
 
     def __init__(self, transport: Transport, clock: bool = False, **options: Any) -> None:
-        super().__init__('replay', start_parameter_services=False, **options)
+        super().__init__('replay', **options)
         self._transport = transport
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self)
         self._done: dict[int, FrameDone] = {}
         self._infos: set[int] = set()
         self._acts: dict[int, list[Entry]] = {}
@@ -100,7 +92,7 @@ class LockstepNode(Node):
         self._table = data
 
     def _on_done(self, done: FrameDone) -> None:
-        stamp = _nanoseconds(done.header.stamp)
+        stamp = nanoseconds(done.header.stamp)
         if done.kind == FrameDone.CAMERA_INFO:
             self._infos.add(stamp)
         else:
@@ -147,11 +139,6 @@ class LockstepNode(Node):
             future = client.set_parameters([Parameter('replayed', value=False)])
             self._until(future.done, 5.0, 'Expected inference_node to be let go, got no answer.')
 
-    def close(self) -> None:
-        """Let go of the network."""
-        self._executor.shutdown()
-        self.destroy_node()
-
     def show(self, frame: Frame) -> Done:
         """Send a frame when it is due and wait until perception is done with it."""
         self._transport.wait(frame.depth.stamp, self._spin)
@@ -176,7 +163,7 @@ class LockstepNode(Node):
 
     def hear(self, cue: Cue) -> list[Entry]:
         """Give a cue and wait until all it led to is here."""
-        heard = self._given(_cue_message(cue), cue.kind)
+        heard = self._given(cue_message(cue), cue.kind)
         self.misfits += heard.refused and not cue.kind.comes_by_topic
         self._until(
             lambda: self._received >= heard.events,
@@ -225,7 +212,7 @@ class LockstepNode(Node):
                 return heard
 
     def _answers(self) -> bool:
-        self._cues.publish(_cue_message(Cue(Input.NOTHING, 0, None)))
+        self._cues.publish(cue_message(Cue(Input.NOTHING, 0, None)))
         return self._wait(lambda: bool(self._heard), 0.5)
 
     def _start_anew(self, client: AsyncParameterClient, node: str) -> None:
@@ -246,38 +233,4 @@ class LockstepNode(Node):
     def _tell_time(self, stamp: int) -> None:
         self._time = max(self._time, stamp)
         if self._clock is not None:
-            self._clock.publish(Clock(clock=_time(self._time)))
-
-    def _until(self, condition: Callable[[], Any], seconds: float, sentence: str) -> None:
-        if not self._wait(condition, seconds):
-            raise NotPlayedError(sentence)
-
-    def _wait(self, condition: Callable[[], Any], seconds: float) -> bool:
-        deadline = time.monotonic() + seconds
-        while not condition():
-            left = deadline - time.monotonic()
-            if left <= 0:
-                return False
-            self._spin(min(left, 0.1))
-        return True
-
-    def _spin(self, seconds: float) -> None:
-        self._executor.spin_once(timeout_sec=seconds)
-
-
-def _cue_message(cue: Cue) -> Heard:
-    message = Heard(header=Header(stamp=_time(cue.stamp)), kind=int(cue.kind))
-    if cue.said is not None and not cue.kind.comes_by_topic:
-        message.motion_outcome = int(cue.said.motion_outcome)
-        message.finished = _time(_nanoseconds(cue.said.finished))
-        message.answer, message.message = int(cue.said.answer), str(cue.said.message)
-    return message
-
-
-def _time(nanoseconds: int) -> Time:
-    sec, nanosec = divmod(nanoseconds, 1_000_000_000)
-    return Time(sec=sec, nanosec=nanosec)
-
-
-def _nanoseconds(stamp: Any) -> int:
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+            self._clock.publish(Clock(clock=time_of(self._time)))

@@ -130,10 +130,12 @@ def _suite(folder: Path, names: list[str]) -> int:
     return 0
 
 
+app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app.command()(record)
+
+
 def main() -> None:
     """Entry point of `record`."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
-    app.command()(record)
     app(prog_name='record')
 
 

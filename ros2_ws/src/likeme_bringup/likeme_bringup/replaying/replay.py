@@ -149,10 +149,12 @@ def _sentences(failed: int = 2) -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
+app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app.command()(replay)
+
+
 def main() -> None:
     """Entry point of `replay`."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
-    app.command()(replay)
     app(prog_name='replay')
 
 
