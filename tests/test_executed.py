@@ -27,7 +27,7 @@ from likeme_inference.tabletop.robot_model import RobotModel
 
 TEXT = format_model(shipped())
 WAYS = ('trajectory', 'goal_based', 'interactive', 'sequential', 'sequential_with_help')
-BACK = Task(Case('lemon', State.RIGHT, State.LEFT, Manner.PUSH), 0)
+BACK = Task(Case('lemon', State.RIGHT, State.LEFT, Manner.PUSH), 1)
 #: The pear from RIGHT to LEFT is what the paper's robot asks for.
 ASKED = Task(Case('pear', State.RIGHT, State.LEFT, Manner.PLACE), 0)
 

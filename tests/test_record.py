@@ -125,6 +125,10 @@ def test_a_live_runs_own_recording_replays_to_its_decisions(tmp_path: Path) -> N
         # In real time: as fast as it goes, frames come faster than a recorder can promise to keep.
         graph.start('likeme_arm_sim.arm_driver_node', seed=3)
         graph.until(lambda: tables and tables[-1].settled, 60, 'a settled table')
+        # The recorder may come half a second after perception; by what it heard perception must
+        # have learned the background and seen the table at rest, too.
+        seen = len(tables)
+        graph.until(lambda: len(tables) > seen + 60, 60, 'two seconds of rest')
         place = ExecuteAction.Request(object='pear', action=ExecuteAction.Request.PLACE_LEFT)
         graph.call(ExecuteAction, 'human/execute_action', place, 60)
         graph.until(lambda: acts, 30, 'a demonstration')

@@ -21,6 +21,7 @@ from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from likeme_bringup.gaze_trials import Reply, Scene, Trial, scene_from
+from likeme_bringup.interrupt import noted_interrupt
 from likeme_inference.gaze import Gaussian, Pose2
 from likeme_inference.messages import stamp_ns, time_msg
 from likeme_msgs.msg import FixationDistance
@@ -198,9 +199,15 @@ def belief_of(msg: PoseWithCovarianceStamped) -> Gaussian:
 def mentor(domain: int, partner: str, alive: Callable[[], None]) -> Iterator[MentorNode]:
     """A simulated mentor on a ROS domain; Ctrl-C raises KeyboardInterrupt, so that it can tidy."""
     rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    node = MentorNode(partner, alive)
-    try:
-        yield node
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
+    with noted_interrupt() as check:
+
+        def between_spins() -> None:
+            check()
+            alive()
+
+        node = MentorNode(partner, between_spins)
+        try:
+            yield node
+        finally:
+            node.destroy_node()
+            rclpy.try_shutdown()

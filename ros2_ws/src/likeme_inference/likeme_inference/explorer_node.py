@@ -52,8 +52,12 @@ class ExplorerNode(Node):
     than it was when the trial began, the trial is void.
     """
 
-    def __init__(self, context: Context | None = None) -> None:
+    def __init__(
+        self, context: Context | None = None, between_spins: Callable[[], None] = lambda: None
+    ) -> None:
+        """between_spins: called again and again while it waits; may raise."""
         super().__init__('explorer', context=context, start_parameter_services=False)
+        self._between_spins = between_spins
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self)
         self._table: Sighting | None = None
@@ -79,6 +83,7 @@ class ExplorerNode(Node):
                     f'No cell is running on ROS domain {domain}: start one with '
                     'scripts/start_cell.sh, or use --with-cell or --offline.'
                 )
+            self._between_spins()
             self._executor.spin_once(timeout_sec=0.1)
         self._cast = self._who_publishes()
 
@@ -161,6 +166,7 @@ class ExplorerNode(Node):
                 raise TrialVoidError(f'{failure} within {timeout:.0f} s.')
             if now - self._glanced > GLANCE:
                 self._check_cast()
+            self._between_spins()
             self._executor.spin_once(timeout_sec=0.05)
         return value
 

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 
 from rclpy.context import Context
 
+from likeme_bringup.interrupt import noted_interrupt
 from likeme_bringup.learning.own_cell import OwnCell
 from likeme_bringup.learning.telling import Telling
 from likeme_inference.experience.campaign import Progress
@@ -82,12 +83,13 @@ class LiveLearner:
 
 @contextmanager
 def explorer(domain: int) -> Iterator[ExplorerNode]:
-    """An explorer on a ROS domain; Ctrl-C stays Python's."""
+    """An explorer on a ROS domain; Ctrl-C raises KeyboardInterrupt between two spins."""
     context = Context()
     context.init(domain_id=domain)
-    node = ExplorerNode(context)
-    try:
-        yield node
-    finally:
-        node.close()
-        context.try_shutdown()
+    with noted_interrupt() as check:
+        node = ExplorerNode(context, check)
+        try:
+            yield node
+        finally:
+            node.close()
+            context.try_shutdown()
