@@ -63,7 +63,7 @@ def test_running_nodes_start_anew_for_every_replay_and_are_let_go(tmp_path: Path
     log = tmp_path / 'log.jsonl'
     with Graph(tmp_path) as graph:
         graph.start('likeme_perception.perception_node')
-        graph.start('likeme_inference.inference_node')
+        inference = graph.start('likeme_inference.inference_node')
         decisions = graph.collect(Decision, 'decision', LATCHED)
         for name in ('two_objects', 'story_acts'):
             told = replay(str(BAGS / name), '--running', '--log', str(log), domain=graph.domain)
@@ -75,6 +75,8 @@ def test_running_nodes_start_anew_for_every_replay_and_are_let_go(tmp_path: Path
         told = replay(str(BAGS / 'put_back'), '--running', '--log', str(log), domain=graph.domain)
         assert told.returncode == 1
         assert 'Expected nobody else to publish camera/rgb/camera_info, got 1' in told.stderr
+        freed = 'replayed = False'
+        graph.until(lambda: inference.said.count(freed) == 3, 10, 'inference let go')
 
 
 @pytest.mark.graph

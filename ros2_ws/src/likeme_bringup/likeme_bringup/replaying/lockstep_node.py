@@ -117,13 +117,7 @@ class LockstepNode(PatientNode):
                 'by start_cell.sh, or leave out --running.',
             )
             self._start_anew(client, node)
-        for topic in (COLOUR, DEPTH, INFO):
-            others = self.count_publishers(topic) - 1
-            if others > 0:
-                raise NotPlayedError(
-                    f'Expected nobody else to publish {topic}, got {others} others: stop the '
-                    'camera, or replay on another ROS domain.'
-                )
+        self._check_alone()
         for topic, publisher in self._pubs.items():
             said = f'Expected perception to listen to {topic}, got nobody.'
             self._until(publisher.get_subscription_count, DISCOVERY, said)
@@ -131,6 +125,16 @@ class LockstepNode(PatientNode):
         self._until(self._cues.get_subscription_count, DISCOVERY, said)
         self._until(self._answers, DISCOVERY, 'Expected inference to acknowledge, got nothing.')
         self._heard.clear()
+
+    def _check_alone(self) -> None:
+        """Others would make the outcome depend on the hour; discovery of them takes a while."""
+        for topic in (COLOUR, DEPTH, INFO):
+            others = self.count_publishers(topic) - 1
+            if others > 0:
+                raise NotPlayedError(
+                    f'Expected nobody else to publish {topic}, got {others} others: stop the '
+                    'camera, or replay on another ROS domain.'
+                )
 
     def end(self) -> None:
         """Let the session be a live one again."""
@@ -142,6 +146,7 @@ class LockstepNode(PatientNode):
     def show(self, frame: Frame) -> Done:
         """Send a frame when it is due and wait until perception is done with it."""
         self._transport.wait(frame.depth.stamp, self._spin)
+        self._check_alone()
         self._tell_time(frame.stamp)
         self._show_info(frame)
         self._done.pop(frame.stamp, None)

@@ -77,9 +77,10 @@ def _performed(given: Options, script: Script, bag: Bag, transport: Transport) -
     try:
         node.begin()
         tally = perform(script.steps(), script.live, node, entries.append)
-        node.end()
         tally.misfits = node.misfits
     finally:
+        # However it went, nodes that run on are let go.
+        node.end()
         node.close()
     tally.unpaired, tally.unread = script.unpaired, script.unread
     tally.unreadable = script.unreadable
