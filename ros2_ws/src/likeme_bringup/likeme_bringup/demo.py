@@ -5,7 +5,6 @@ from __future__ import annotations
 import getpass
 import os
 import select
-import signal
 import subprocess
 import sys
 import time
@@ -25,7 +24,7 @@ from likeme_bringup.demo_node import DONE_BY_HAND, Operator, StoryStoppedError, 
 from likeme_bringup.one_cell import is_free
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
-from likeme_bringup.supervisor import die_with_parent
+from likeme_bringup.supervisor import die_with_parent, interrupt
 from likeme_inference.console_words import read_reply
 from likeme_inference.node_settings import read_model
 from likeme_inference.tabletop.domain import State
@@ -164,11 +163,7 @@ def _cell(domain: int, seed: int, model: Path | None, log: Path) -> Iterator[Cal
     try:
         yield alive
     finally:
-        cell.send_signal(signal.SIGINT)
-        try:
-            cell.wait(END_OF_CELL_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            cell.kill()
+        interrupt(cell, END_OF_CELL_TIMEOUT)
 
 
 def _report_dead_cell(code: int, log: Path) -> int:

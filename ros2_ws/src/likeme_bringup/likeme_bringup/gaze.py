@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -25,7 +24,7 @@ from likeme_bringup.gaze_mentor_node import (
 from likeme_bringup.gaze_trials import HEADER, draw_trials, line, score, summary, turn_of
 from likeme_bringup.one_cell import AlreadyRunningError, claim
 from likeme_bringup.start_cell import LAST_DOMAIN
-from likeme_bringup.supervisor import die_with_parent
+from likeme_bringup.supervisor import die_with_parent, interrupt
 from likeme_inference.mentor.settings import Blindfold
 
 #: s a gaze node has to end after SIGINT.
@@ -133,7 +132,7 @@ def _own_node(name: str, domain: int, seed: int, points: int) -> Iterator[Callab
         try:
             yield lambda: _check(process, log)
         finally:
-            _end(process)
+            interrupt(process, GRACE)
 
 
 def _check(process: subprocess.Popen[bytes], log: Any) -> None:
@@ -144,15 +143,6 @@ def _check(process: subprocess.Popen[bytes], log: Any) -> None:
     said = log.read().decode(errors='replace').strip().splitlines()
     last = said[-1] if said else 'it said nothing.'
     raise GazeNodeError(f'The gaze node ended with exit code {process.returncode}: {last}')
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    process.send_signal(signal.SIGINT)
-    try:
-        process.wait(GRACE)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
 
 
 def _nothing_known() -> None:

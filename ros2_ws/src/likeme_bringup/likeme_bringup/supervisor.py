@@ -73,6 +73,16 @@ def die_with_parent(parent: int) -> Callable[[], None]:
     return before_exec
 
 
+def interrupt(process: subprocess.Popen[bytes], grace: float) -> None:
+    """Have a process end by SIGINT, or by SIGKILL after `grace` s; returns when it has."""
+    process.send_signal(signal.SIGINT)
+    try:
+        process.wait(grace)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
 class Supervisor:
     """Starts children, forwards their lines with a prefix, ends them all.
 

@@ -11,7 +11,7 @@ import pytest
 
 from likeme_arm_sim.fitted import FITTED, values
 from likeme_arm_sim.scene import OBJECTS
-from likeme_bringup.fitting.exact_test import deviance, multinomial_p_value, smoothed
+from likeme_bringup.fitting.exact_test import multinomial_p_value, smoothed
 from likeme_bringup.fitting.judge import Judged, judge_row, table_text
 from likeme_bringup.fitting.misfit import WORST, misfit
 from likeme_bringup.fitting.rows import rows, split
@@ -63,11 +63,6 @@ def test_what_is_no_distribution_is_refused() -> None:
         multinomial_p_value((1, 2, 3), np.array([0.3, 0.3, 0.3]))
     with pytest.raises(ValueError, match='Expected 3 counts'):
         multinomial_p_value((1, 2), np.array([0.5, 0.5]))
-
-
-def test_deviance_is_zero_where_it_fits() -> None:
-    assert deviance((2, 3, 5), np.array([0.2, 0.3, 0.5])) == pytest.approx(0.0)
-    assert deviance((10, 0, 0), np.array([0.5, 0.3, 0.2])) == pytest.approx(20 * np.log(2))
 
 
 def test_the_rows_are_the_real_robots_and_split_in_half() -> None:

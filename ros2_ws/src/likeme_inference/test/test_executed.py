@@ -17,7 +17,7 @@ from likeme_inference.experiments.executed import (
     reliability,
     score,
 )
-from likeme_inference.experiments.forecast import BUDGET, Case, Way, followed, forecasts
+from likeme_inference.experiments.forecast import BUDGET, Case, Way, forecasts
 from likeme_inference.experiments.intervals import (
     Interval,
     calibration_error,
@@ -28,7 +28,7 @@ from likeme_inference.experiments.sequential import sequential
 from likeme_inference.experiments.table1 import MODES, table1
 from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, State
 from likeme_inference.tabletop.model_file import shipped
-from likeme_inference.tabletop.planning import plan
+from likeme_inference.tabletop.planning import plan, spread
 
 LEFT, RIGHT, OFF = State
 CASE = Case('pear', LEFT, RIGHT, Manner.PLACE)
@@ -107,7 +107,7 @@ def test_following_a_plan_is_what_enumeration_says() -> None:
     rng = np.random.default_rng(3)
     worlds = rng.dirichlet(np.ones(3), size=(4, 3, 6))
     best = plan(worlds[0], TABLETOP.goal_matrix[RIGHT] > 0, 2, TABLETOP.stuck)
-    ends = followed(worlds, best, LEFT, 2)
+    ends = spread(worlds, best, LEFT, 2)[:, 2]
     for world, found in zip(worlds, ends, strict=True):
         total = np.zeros(3)
         for x in State:

@@ -50,9 +50,3 @@ def multinomial_p_value(observed: Sequence[int], probabilities: Floats) -> float
 def _log_pmf(counts: NDArray[np.int64], trials: int, p: Floats) -> Floats:
     ways = gammaln(trials + 1) - gammaln(counts + 1).sum(axis=1)
     return np.asarray(ways + xlogy(counts, p).sum(axis=1))
-
-
-def deviance(observed: Sequence[int], probabilities: Floats) -> float:
-    """G^2 of the observed counts (3,): 0 where they fit perfectly, about chi-square with 2 df."""
-    o = np.asarray(observed, dtype=float)
-    return float(2.0 * np.sum(xlogy(o, o / o.sum()) - xlogy(o, np.asarray(probabilities))))

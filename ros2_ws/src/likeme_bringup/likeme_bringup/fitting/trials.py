@@ -6,14 +6,14 @@ processes, in any order and after any restart, gives the same search.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from likeme_arm_sim.offline import final_states, lone_cell, settings_with
+from likeme_bringup import json_lines
 from likeme_bringup.fitting.rows import Row
 from likeme_bringup.fitting.search import Counts
 
@@ -61,9 +61,8 @@ def try_levels(
     jobs_of = [(level, name) for level in wanted for name in names]
     done = {(t.level, t.name): t for t in read(path) if t.step == step}
     on_progress(len(done))
-    _end_torn_line(path)
     # Physics clients do not survive a fork.
-    with ProcessPoolExecutor(workers, get_context('spawn')) as pool, path.open('a') as file:
+    with ProcessPoolExecutor(workers, get_context('spawn')) as pool:
         jobs: list[Future[Tried]] = [
             pool.submit(
                 try_level, step, parameter, {**values, parameter: level},
@@ -73,8 +72,7 @@ def try_levels(
         ]  # fmt: skip
         for job in as_completed(jobs):
             tried = job.result()
-            file.write(json.dumps(tried._asdict()) + '\n')
-            file.flush()
+            json_lines.append(path, tried._asdict())
             done[tried.level, tried.name] = tried
             on_progress(len(done))
     by_level: dict[float, dict[str, Counts]] = {level: {} for level in wanted}
@@ -85,22 +83,9 @@ def try_levels(
 
 def read(path: Path) -> list[Tried]:
     """All complete lines of a file; none without the file."""
-    return list(_lines(path)) if path.exists() else []
+    return [_tried(document) for document in json_lines.documents(path)]
 
 
-def _end_torn_line(path: Path) -> None:
-    """A search that was killed while it wrote must not swallow the next line."""
-    if path.exists() and path.read_bytes()[-1:] not in (b'', b'\n'):
-        with path.open('a') as file:
-            file.write('\n')
-
-
-def _lines(path: Path) -> Iterator[Tried]:
-    for line in path.read_text().splitlines():
-        try:
-            found = json.loads(line)
-        except json.JSONDecodeError:
-            # The torn end of a search that was killed while it wrote.
-            continue
-        counts = {row: (c[0], c[1], c[2]) for row, c in found.pop('counts').items()}
-        yield Tried(counts=counts, **found)
+def _tried(document: dict[str, Any]) -> Tried:
+    counts = {row: (c[0], c[1], c[2]) for row, c in document.pop('counts').items()}
+    return Tried(counts=counts, **document)

@@ -6,8 +6,6 @@ is part of its name.
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Iterable
 from hashlib import sha256
 from importlib.resources import files
@@ -18,6 +16,7 @@ import likeme_arm_sim
 import likeme_bringup
 import likeme_inference
 import likeme_perception
+from likeme_bringup import json_lines
 from likeme_bringup.imitating.episodes import Task
 from likeme_inference.experiments.episode import Act, Ending, Episode
 from likeme_inference.experiments.forecast import BUDGET, THRESHOLD, Case
@@ -53,13 +52,7 @@ class Journal:
             OSError: it cannot be written.
         """
         self.episodes[Task(episode.case, episode.seed)] = episode
-        line = json.dumps(document_of(episode)) + '\n'
-        # What a power-off tore begins with no new line: the next one does it instead.
-        start = '' if _ends_with_a_line(self.path) else '\n'
-        with self.path.open('a', encoding='utf-8') as file:
-            file.write(start + line)
-            file.flush()
-            os.fsync(file.fileno())
+        json_lines.append(self.path, document_of(episode))
 
 
 def fingerprint(model_text: str) -> str:
@@ -105,20 +98,10 @@ def episode_of(document: dict[str, Any]) -> Episode:
 
 
 def _read(path: Path) -> Iterable[tuple[Task, Episode]]:
-    if not path.exists():
-        return
-    for line in path.read_text(encoding='utf-8').splitlines():
+    for document in json_lines.documents(path):
         try:
-            episode = episode_of(json.loads(line))
+            episode = episode_of(document)
         except (ValueError, KeyError, TypeError):
-            # A line that a power-off tore: its episode is made again.
+            # Not one of this software's: its episode is made again.
             continue
         yield Task(episode.case, episode.seed), episode
-
-
-def _ends_with_a_line(path: Path) -> bool:
-    if not path.exists() or path.stat().st_size == 0:
-        return True
-    with path.open('rb') as file:
-        file.seek(-1, os.SEEK_END)
-        return file.read() == b'\n'

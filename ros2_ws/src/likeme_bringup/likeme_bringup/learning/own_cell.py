@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from likeme_bringup.supervisor import die_with_parent
+from likeme_bringup.supervisor import die_with_parent, interrupt
 
 #: s a cell has to end in.
 GRACE = 20.0
@@ -67,12 +66,7 @@ class OwnCell:
         """End it."""
         if self._process is None or self._process.poll() is not None:
             return
-        self._process.send_signal(signal.SIGINT)
-        try:
-            self._process.wait(GRACE)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        interrupt(self._process, GRACE)
 
     def _last_words(self) -> str:
         lines = self._log.read_text(encoding='utf-8', errors='replace').strip().splitlines()

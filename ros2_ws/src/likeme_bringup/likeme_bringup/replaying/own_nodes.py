@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -16,7 +15,7 @@ import yaml
 
 from likeme_bringup.one_cell import is_free
 from likeme_bringup.start_cell import Part
-from likeme_bringup.supervisor import die_with_parent
+from likeme_bringup.supervisor import die_with_parent, interrupt
 
 PARTS = Part.PERCEPTION, Part.INFERENCE
 #: s in which they must have ended.
@@ -52,12 +51,7 @@ def own_nodes(domain: int, parameters: Mapping[str, Mapping[str, Any]]) -> Itera
         try:
             yield log
         finally:
-            nodes.send_signal(signal.SIGINT)
-            try:
-                nodes.wait(GRACE)
-            except subprocess.TimeoutExpired:
-                nodes.kill()
-                nodes.wait()
+            interrupt(nodes, GRACE)
 
 
 def ros_parameters(parameters: Mapping[str, Mapping[str, Any]]) -> str:

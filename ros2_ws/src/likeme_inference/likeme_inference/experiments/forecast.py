@@ -10,7 +10,6 @@ curse); the posterior of that row alone does not know that.
 from __future__ import annotations
 
 from enum import StrEnum
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from likeme_inference.tabletop.dirichlet import CONCENTRATION, sample_transition
 from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
-from likeme_inference.tabletop.planning import NO_ACTION, Plan, plan
+from likeme_inference.tabletop.planning import plan, spread
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.transition_model import FloatArray, TransitionModel
 
@@ -163,8 +162,10 @@ def _several(
     """A plan of several actions: asks where it can do nothing more and is not at its goal."""
     reached = known.goals[goal] > 0
     best = plan(known.transition, reached, BUDGET, TABLETOP.stuck, TABLETOP.aimed[goal])
-    ends = partial(followed, best=best, x_i=x_i, actions=BUDGET)
-    own, drawn = ends(known.transition[None])[0], ends(worlds)
+    own, drawn = (
+        spread(transition, best, x_i, BUDGET)[..., BUDGET, :]
+        for transition in (known.transition, worlds)
+    )
     asks = float(own[~reached].sum())
     if not way.helped:
         return Forecast(float(own[x_f]), asks, drawn[:, x_f])
@@ -172,19 +173,3 @@ def _several(
     if goal == x_f:
         return Forecast(1.0, asks, np.ones(len(worlds)))
     return Forecast(0.0, asks, np.zeros(len(worlds)))
-
-
-def followed(worlds: FloatArray, best: Plan, x_i: int, actions: int) -> FloatArray:
-    """Where following one plan leads in each of many worlds: P(X after n actions), [world, x].
-
-    worlds: shape [world, x_i, a, x_f]; as `planning.spread` in each of them.
-    """
-    states = worlds.shape[1]
-    where = np.zeros((len(worlds), states))
-    where[:, x_i] = 1.0
-    for left in range(actions, 0, -1):
-        chosen = best.action[left]
-        rows = worlds[:, np.arange(states), chosen.clip(min=0)]
-        rows = np.where((chosen == NO_ACTION)[:, None], np.eye(states), rows)
-        where = np.einsum('wx,wxf->wf', where, rows)
-    return where

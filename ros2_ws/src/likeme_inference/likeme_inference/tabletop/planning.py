@@ -82,27 +82,28 @@ def plan(
 
 
 def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatArray:
-    """Where following a plan leads: P(X after n actions), shape [actions + 1, x], exact.
+    """Where following a plan leads: P(X after n actions), shape [..., actions + 1, x], exact.
 
     Args:
-        transition: what really happens, shape [x_i, a, x_f]; need not be what was planned on.
+        transition: what really happens, shape [..., x_i, a, x_f]; need not be what was planned on.
+            Leading axes are worlds, in each of which the one plan is followed.
         best: a plan for at least `actions` actions.
         x_i: where the object is now.
         actions: how many are taken.
     """
-    states = len(transition)
+    *worlds, states, _, _ = transition.shape
     if actions >= len(best.value):
         raise ValueError(f'Expected at most {len(best.value) - 1} actions, got {actions}.')
-    where = np.zeros((actions + 1, states))
-    where[0, x_i] = 1.0
+    where = np.zeros((*worlds, actions + 1, states))
+    where[..., 0, x_i] = 1.0
     for n in range(actions):
         chosen = best.action[actions - n]
         moved = np.where(
             (chosen == NO_ACTION)[:, None],
             np.eye(states),
-            transition[np.arange(states), chosen.clip(min=0)],
+            transition[..., np.arange(states), chosen.clip(min=0), :],
         )
-        where[n + 1] = where[n] @ moved
+        where[..., n + 1, :] = (where[..., n, None, :] @ moved)[..., 0, :]
     return where
 
 
