@@ -65,7 +65,7 @@ def test_refusals(tmp_path: Path, written: list[Record]) -> None:
 
 
 RECORDER = """
-import sys, time
+import signal, sys
 from likeme_bags.samples import TOPICS, sample_records
 from likeme_bags.writing import BagWriter
 writer = BagWriter(sys.argv[1], sys.argv[2])
@@ -76,7 +76,7 @@ for k, record in enumerate(sample_records(5, frames=12)):
     if k == 29:
         writer.flush()
 print('written', flush=True)
-time.sleep(600)
+signal.pause()
 """
 
 
