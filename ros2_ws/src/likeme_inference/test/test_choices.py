@@ -120,12 +120,36 @@ def test_repeating_needs_something_to_repeat() -> None:
         ({'prior': [0.5, 0.5]}, r'prior of shape \(3,\), got \(2,\)'),
         ({'prior': [0.5, math.nan, 0.5]}, 'prior of 0 or more, got nan'),
         ({'demonstrator': np.ones((3, 5, 3))}, r'demonstrator of shape \(3, 6, 3\)'),
+        ({'demonstrator': PEAR.transition / 2}, r'demonstrator to sum to 1, got 0\.5'),
+        ({'prior': [0.5, 0.25, 0.5]}, r'prior to sum to 1, got 1\.25'),
         ({'goals': np.eye(4)}, r'goals of shape \(4, 3\), got \(4, 4\)'),
     ],
 )
 def test_models_that_are_none(fields: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         GoalModel.of(**{'transition': PEAR.transition} | fields)
+
+
+def test_one_who_never_slips_wants_what_came_of_it() -> None:
+    """The robot's pear rolls off the table now and then; a person's does not, on purpose or not."""
+    never_slips = np.eye(3)[None, [action.target for action in Action]].repeat(3, axis=0)
+    like_me, like_them = (
+        GoalModel.of(PEAR.transition, demonstrator=other) for other in (None, never_slips)
+    )
+
+    assert like_me.goal_posterior(L, O) == pytest.approx([0.2038, 0.0124, 0.7838], abs=5e-5)
+    assert like_them.goal_posterior(L, O).tolist() == [0, 0, 1]
+    assert np.array_equal(like_them.policy, like_me.policy)
+
+
+def test_a_model_keeps_its_own_numbers() -> None:
+    transition = PEAR.transition.copy()
+    model = GoalModel.of(transition)
+    transition[:] = 0
+
+    assert np.array_equal(model.goal_posterior(L, R), PEAR.goal_posterior(L, R))
+    with pytest.raises(ValueError, match='read-only'):
+        model.prior[0] = 1
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,7 @@ def certain(world: World, x: int, y: int) -> World:
 @given(worlds())
 @MANY
 def test_goal_posterior_with_soft_evidence_and_another_demonstrator(world: World) -> None:
-    joint = joint_of(world, transition_of(world.counts), transition_of(world.others))
+    joint = joint_of(world, transition_of(world.others))
     expected = marginal(joint, 1, len(world.goals)) or world.prior
 
     posterior = model_of(world).goal_posterior(world.x_i, world.x_f)
@@ -62,14 +62,14 @@ def test_goal_posterior_with_certain_and_half_certain_evidence(
 ) -> None:
     states = st.integers(0, len(world.counts) - 1)
     x, y = data.draw(states), data.draw(states)
-    own, other = transition_of(world.counts), transition_of(world.others)
+    other = transition_of(world.others)
     model, eye = model_of(world), np.eye(len(world.counts))
     for evidence, seen in [
         ((x, y), certain(world, x, y)),
         ((x, world.x_f), world._replace(x_i=eye[x])),
         ((world.x_i, y), world._replace(x_f=eye[y])),
     ]:
-        expected = marginal(joint_of(seen, own, other), 1, len(world.goals)) or world.prior
+        expected = marginal(joint_of(seen, other), 1, len(world.goals)) or world.prior
         assert model.goal_posterior(*evidence) == pytest.approx(expected, **EXACT)
 
 
@@ -163,7 +163,7 @@ def test_choice_matches_the_joint(n: IntArray, x: State, g: State) -> None:
 def test_the_paper_s_models_match_the_joint(name: str, x: State, y: State) -> None:
     n, prior, eye = shipped().objects[name].counts, np.full(3, 1 / 3), np.eye(3)
     p = transition_of(n)
-    joint = joint_of(World(n, n, eye, prior, eye[x], eye[y]), p, p)
+    joint = joint_of(World(n, n, eye, prior, eye[x], eye[y]), p)
     expected = marginal(joint, 1, 3) or prior
 
     transition = shipped().objects[name].transition

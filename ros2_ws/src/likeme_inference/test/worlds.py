@@ -78,10 +78,10 @@ def policy_of(p: Joint, goals: FloatArray, shape: Sequence[int]) -> Joint:
     return table
 
 
-def joint_of(world: World, p: Joint, acting: Joint) -> Joint:
-    """P(x_i, g, a, x_f) with both states weighted by their evidence."""
+def joint_of(world: World, acting: Joint) -> Joint:
+    """P(x_i, g, a, x_f) of whoever acts, both states weighted by their evidence."""
     states, actions, _ = world.counts.shape
-    policy = policy_of(p, world.goals, world.counts.shape)
+    policy = policy_of(acting, world.goals, world.counts.shape)
     space = product(range(states), range(len(world.goals)), range(actions), range(states))
     return {
         (x, g, a, y): float(world.x_i[x])

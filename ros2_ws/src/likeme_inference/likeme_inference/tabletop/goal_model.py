@@ -36,24 +36,37 @@ class GoalModel:
         transition: the robot's own p(X_f | X_i, A), shape [x_i, a, x_f].
         goals: which states fulfil which goal, 0 or 1, shape [g, x_f].
         policy: P(A | G, X_i), shape [x_i, g, a]; rows sum to 1, or to 0 where nothing reaches g.
-        demonstrator: p(X_f | X_i, A) of the one who is watched; the robot's own is "like me".
         prior: P(G), shape [g].
+        demonstrator: p(X_f | X_i, A) of the one who is watched; the robot's own is "like me".
+        demonstrator_policy: what they do for a goal, shape [x_i, g, a].
     """
 
     transition: FloatArray
     goals: FloatArray
     policy: FloatArray
-    demonstrator: FloatArray
     prior: FloatArray
+    demonstrator: FloatArray
+    demonstrator_policy: FloatArray
 
     def __post_init__(self) -> None:
         states, actions = self.transition.shape[:2]
         goals = len(self.goals)
-        _check('transition', self.transition, (states, actions, states))
-        _check('goals', self.goals, (goals, states))
-        _check('policy', self.policy, (states, goals, actions))
-        _check('demonstrator', self.demonstrator, (states, actions, states))
-        _check('prior', self.prior, (goals,))
+        shapes = {
+            'transition': (states, actions, states),
+            'goals': (goals, states),
+            'policy': (states, goals, actions),
+            'prior': (goals,),
+            'demonstrator': (states, actions, states),
+            'demonstrator_policy': (states, goals, actions),
+        }
+        for name, shape in shapes.items():
+            # Numbers of its own, which no caller can change afterwards.
+            table = np.array(getattr(self, name), dtype=np.float64)
+            _check(name, table, shape)
+            if name in ('transition', 'prior', 'demonstrator'):
+                _check_sums(name, table)
+            table.flags.writeable = False
+            object.__setattr__(self, name, table)
 
     @classmethod
     def of(
@@ -70,20 +83,24 @@ class GoalModel:
             transition: shape [x_i, a, x_f].
             goals: shape [g, x_f]; None: each state is a goal.
             prior: P(G); None: uniform.
-            demonstrator: None: acts with the robot's own transition.
-            explored: the policy after goal-based exploration, instead of the direct one.
+            demonstrator: what their actions do, by which they choose them, too; shape
+                [x_i, a, x_f]. None: the robot's own transition and policy ("like me").
+            explored: policies after goal-based exploration, instead of the direct ones.
         """
         own = np.asarray(transition, dtype=np.float64)
+        other = own if demonstrator is None else np.asarray(demonstrator, dtype=np.float64)
         matrix = np.eye(own.shape[-1]) if goals is None else np.asarray(goals, dtype=np.float64)
         _check('goals', matrix, (len(matrix), own.shape[-1]))
-        policy = explored_policy(own, goals=matrix) if explored else direct_policy(own, matrix)
-        uniform = np.full(len(matrix), 1.0 / len(matrix))
+        _check('demonstrator', other, own.shape)
+        make = explored_policy if explored else direct_policy
+        policy = make(own, goals=matrix)
         return cls(
             own,
             matrix,
             policy,
-            own if demonstrator is None else np.asarray(demonstrator, dtype=np.float64),
-            uniform if prior is None else np.asarray(prior, dtype=np.float64),
+            np.full(len(matrix), 1.0 / len(matrix)) if prior is None else np.asarray(prior),
+            other,
+            policy if demonstrator is None else make(other, goals=matrix),
         )
 
     def predict(self, x_i: ArrayLike, a: ArrayLike) -> FloatArray:
@@ -135,12 +152,12 @@ class GoalModel:
     @cached_property
     def _likelihood(self) -> FloatArray:
         """P(X_f | X_i, G), shape [x_i, x_f, g]."""
-        return goal_likelihood(self.demonstrator, self.policy)
+        return goal_likelihood(self.demonstrator, self.demonstrator_policy)
 
     @cached_property
     def _posterior(self) -> FloatArray:
         """P(G | x_i, x_f) of every change, shape [x_i, x_f, g]: a look-up answers a query."""
-        posterior = posterior_table(self.demonstrator, self.policy, self.prior)
+        posterior = posterior_table(self.demonstrator, self.demonstrator_policy, self.prior)
         posterior.flags.writeable = False
         return posterior
 
@@ -193,3 +210,10 @@ def _check(what: str, array: FloatArray, shape: tuple[int, ...]) -> None:
         raise ValueError(f'Expected {what} of shape {shape}, got {array.shape}.')
     if not np.isfinite(array).all() or array.min() < 0:
         raise ValueError(f'Expected {what} of 0 or more, got {array.min()}.')
+
+
+def _check_sums(what: str, array: FloatArray) -> None:
+    total = array.sum(axis=-1)
+    if not np.allclose(total, 1.0, rtol=0, atol=1e-6):
+        worst = total.flat[np.abs(total - 1.0).argmax()]
+        raise ValueError(f'Expected {what} to sum to 1, got {worst:g}.')
