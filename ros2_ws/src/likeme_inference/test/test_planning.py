@@ -93,6 +93,21 @@ def test_acting_again_after_looking(budget: int, expected: float) -> None:
     assert np.mean(values) == pytest.approx(expected, abs=5e-5)
 
 
+def test_plans_for_all_objects_in_one_call() -> None:
+    worlds = np.array([known.transition for known in shipped().objects.values()])
+    goal, budget = np.arange(3) == State.LEFT, 3
+    found = plan(worlds, goal, budget, TABLETOP.stuck, TABLETOP.aimed[State.LEFT])
+    reached = spread(worlds, found, State.RIGHT, budget)
+
+    assert found.quality.shape == (3, budget + 1, 3, 6)
+    for o, name in enumerate(shipped().objects):
+        alone = tabletop_plan(name, State.LEFT, budget)
+        for many, one in zip(found, alone, strict=True):
+            assert many[o] == pytest.approx(one, rel=0, abs=1e-15)
+        expected = spread(worlds[o], alone, State.RIGHT, budget)
+        assert reached[o] == pytest.approx(expected, rel=0, abs=1e-15)
+
+
 def test_plans_keep_off_the_edge_while_there_is_time() -> None:
     """Action 0 succeeds more often at once, but what it loses is lost; action 1 may try again."""
     p = np.zeros((3, 2, 3))

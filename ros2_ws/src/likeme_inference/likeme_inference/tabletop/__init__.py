@@ -12,6 +12,7 @@
 | Table 1: the modes | `Mode`, `choose` |
 | future work: acting more than once | `plan`, `spread` |
 | future work: what to try next | `information_gain`, `shared_prior` |
+| all objects, or many models, at once | `posterior_table`, `direct_policy`, `plan`, `spread` |
 | many states, mostly empty | `SparseGoalModel` |
 
     from likeme_inference.tabletop import GoalModel, shipped, State
@@ -21,6 +22,7 @@
 
 from likeme_inference.tabletop.action_selection import Choice, Kind, choose
 from likeme_inference.tabletop.dirichlet import (
+    CONCENTRATION,
     aimed_prior,
     credible_interval,
     leave_one_out,
@@ -28,7 +30,12 @@ from likeme_inference.tabletop.dirichlet import (
 )
 from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, Policy, State
 from likeme_inference.tabletop.exploration import help_rate, information_gain
-from likeme_inference.tabletop.goal_inference import direct_policy, map_goal, map_index
+from likeme_inference.tabletop.goal_inference import (
+    direct_policy,
+    map_goal,
+    map_index,
+    posterior_table,
+)
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import load, save, shipped
 from likeme_inference.tabletop.planning import Plan, plan, spread
@@ -39,6 +46,7 @@ from likeme_inference.tabletop.sparse import SparseGoalModel
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 
 __all__ = [
+    'CONCENTRATION',
     'TABLETOP',
     'Action',
     'Choice',
@@ -68,6 +76,7 @@ __all__ = [
     'map_index',
     'maximum_likelihood',
     'plan',
+    'posterior_table',
     'reinforced',
     'sample_transitions',
     'save',

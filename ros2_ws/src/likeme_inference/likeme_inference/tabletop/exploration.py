@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.planning import qualities
 from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import (
     BoolArray,
@@ -54,13 +55,13 @@ def information_gain(
     Returns:
         Shape [..., x_i, a]; sums over goals and starts. 0 where the robot cannot act.
     """
-    believed = qualities(maximum_likelihood(pseudo_counts), budget, domain)
+    believed = _qualities(maximum_likelihood(pseudo_counts), budget, domain)
     alpha = pseudo_counts[..., None, :, :, :]
     shape = (*pseudo_counts.shape[:-3], worlds, *pseudo_counts.shape[-3:])
     gamma = np.maximum(rng.standard_gamma(alpha, size=shape), np.finfo(np.float64).tiny)
     # Single precision halves the time; the worlds are drawn by chance anyway.
     world = (gamma / gamma.sum(axis=-1, keepdims=True)).astype(np.float32)
-    truly = qualities(world, budget, domain)
+    truly = _qualities(world, budget, domain)
     resting = _resting(domain)
     where = np.broadcast_to(~resting, (*shape[:-3], *resting.shape)).astype(np.float32)
     credit = np.zeros(pseudo_counts.shape[:-1])
@@ -86,21 +87,6 @@ def _credited(
     )
 
 
-def qualities(transition: FloatArray, budget: int, domain: Domain = TABLETOP) -> list[FloatArray]:
-    """`planning.plan`'s quality for many models and all goals: [..., g, x, a], k from 1."""
-    reached, resting = domain.goal_matrix, _resting(domain)
-    states, actions = transition.shape[-3:-1]
-    lead = transition.shape[:-3]
-    flat = transition.reshape(*lead, states * actions, states)
-    value = np.broadcast_to(reached, (*lead, *reached.shape))
-    found: list[FloatArray] = []
-    for _ in range(budget):
-        quality = (flat @ np.swapaxes(value, -1, -2)).reshape(*lead, states, actions, -1)
-        found.append(np.moveaxis(quality, -1, -3))
-        value = np.where(resting, reached, found[-1].max(axis=-1))
-    return found
-
-
 def help_rate(
     model: FloatArray, world: FloatArray, budget: int = BUDGET, domain: Domain = TABLETOP
 ) -> FloatArray:
@@ -115,10 +101,14 @@ def help_rate(
         aimed[goal, list(actions)] = 1e-9
     world = np.broadcast_to(world, np.broadcast_shapes(model.shape, world.shape))
     value = np.broadcast_to(reached, (*world.shape[:-3], *reached.shape))
-    for quality in qualities(model, budget, domain):
+    for quality in _qualities(model, budget, domain):
         taken = np.broadcast_to((quality + aimed[:, None]).argmax(axis=-1), value.shape)
         value = np.where(resting, reached, (_rows(world, taken) * value[..., None, :]).sum(-1))
     return np.asarray(1 - value[..., ~resting].mean(axis=(-1, -2)))
+
+
+def _qualities(transition: FloatArray, budget: int, domain: Domain) -> list[FloatArray]:
+    return qualities(transition, domain.goal_matrix, _resting(domain), budget)
 
 
 def _resting(domain: Domain) -> BoolArray:

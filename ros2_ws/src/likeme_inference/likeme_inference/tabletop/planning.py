@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_inference.tabletop.goal_inference import TIE
 from likeme_inference.tabletop.transition_model import BoolArray, FloatArray, IntArray
 
 #: What `Plan.action` holds at the goal, out of reach, and where no action can help.
@@ -23,12 +24,12 @@ NO_ACTION = -1
 
 
 class Plan(NamedTuple):
-    """The best actions for one goal.
+    """The best actions for one goal, under one model or (leading axes) each of several.
 
     Attributes:
-        value: P(goal reached with k actions left), shape [k, x], k from 0 to the budget.
-        quality: the same after taking action a first, shape [k, x, a]; 0 for k = 0.
-        action: the best action, shape [k, x]; NO_ACTION where none is needed or possible.
+        value: P(goal reached with k actions left), shape [..., k, x], k from 0 to the budget.
+        quality: the same after taking action a first, shape [..., k, x, a]; 0 for k = 0.
+        action: the best action, shape [..., k, x]; NO_ACTION where none is needed or possible.
     """
 
     value: FloatArray
@@ -46,7 +47,7 @@ def plan(
     """Find the best action for every state and number of actions left.
 
     Args:
-        transition: shape [x_i, a, x_f].
+        transition: shape [..., x_i, a, x_f]; leading axes are objects, or models of one.
         goal: which states fulfil the goal, shape [x].
         actions_left: the budget, 0 or more.
         stuck: states the robot cannot act from, shape [x]; None: there is none.
@@ -55,7 +56,7 @@ def plan(
     Raises:
         ValueError: for a negative budget or other shapes.
     """
-    states, actions = transition.shape[:2]
+    *models, states, actions, _ = transition.shape
     if actions_left < 0:
         raise ValueError(f'Expected a budget of 0 actions or more, got {actions_left}.')
     goal = np.asarray(goal, dtype=bool)
@@ -65,20 +66,46 @@ def plan(
             f'Expected goal and stuck of shape {(states,)}, got {goal.shape}, {stuck.shape}.'
         )
     resting = goal | stuck
-    value = np.tile(goal.astype(np.float64), (actions_left + 1, 1))
-    quality = np.zeros((actions_left + 1, states, actions))
-    action = np.full((actions_left + 1, states), NO_ACTION)
-    rank = _rank(actions, prefer)
-    for k in range(1, actions_left + 1):
-        quality[k] = transition @ value[k - 1]
-        quality[k, resting] = goal[resting, None]
-        best = quality[k].max(axis=-1)
-        value[k] = np.where(resting, value[0], best)
-        # Among equals (within rounding) the one that ranks first.
-        ties = quality[k] >= best[:, None] - 1e-12
-        first = np.where(ties, rank, actions).argmin(axis=-1)
-        action[k] = np.where(resting | (best <= 0), NO_ACTION, first)
-    return Plan(value, quality, action)
+    reached = goal.astype(np.float64)
+    found = qualities(transition, reached[None], resting[None], actions_left)
+    nothing = np.zeros((*models, states, actions))
+    quality = np.stack([nothing, *(each[..., 0, :, :] for each in found)], axis=-3)
+    quality[..., 1:, resting, :] = reached[resting, None]
+    best = quality.max(axis=-1)
+    # Among equals (within rounding) the one that ranks first.
+    ties = quality >= best[..., None] - TIE
+    first = np.where(ties, _rank(actions, prefer), actions).argmin(axis=-1)
+    return Plan(
+        np.where(resting, reached, best),
+        quality,
+        np.where(resting | (best <= 0), NO_ACTION, first),
+    )
+
+
+def qualities(
+    transition: FloatArray, goals: FloatArray, resting: BoolArray, budget: int
+) -> list[FloatArray]:
+    """Q_k(g, x, a) of all goals at once: P(g reached) with k actions left, the first being a.
+
+    Args:
+        transition: shape [..., x_i, a, x_f].
+        goals: which states fulfil which goal, shape [g, x].
+        resting: where nothing is left to do for a goal, or nothing can be done, shape [g, x].
+        budget: the greatest k.
+
+    Returns:
+        For k from 1 to the budget, each of shape [..., g, x, a]; at rest, too, where it is not
+        acted upon.
+    """
+    *models, states, actions, _ = transition.shape
+    flat = transition.reshape(*models, states * actions, states)
+    value = np.broadcast_to(goals, (*models, *goals.shape))
+    found: list[FloatArray] = []
+    for _ in range(budget):
+        quality = (flat @ np.swapaxes(value, -1, -2)).reshape(*models, states, actions, -1)
+        found.append(np.moveaxis(quality, -1, -3))
+        value = np.where(resting, goals, found[-1].max(axis=-1))
+    return found
 
 
 def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatArray:
@@ -86,22 +113,23 @@ def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatA
 
     Args:
         transition: what really happens, shape [..., x_i, a, x_f]; need not be what was planned on.
-            Leading axes are worlds, in each of which the one plan is followed.
-        best: a plan for at least `actions` actions.
+            Leading axes are worlds.
+        best: a plan for at least `actions` actions: one for all worlds, or one for each.
         x_i: where the object is now.
         actions: how many are taken.
     """
     *worlds, states, _, _ = transition.shape
-    if actions >= len(best.value):
-        raise ValueError(f'Expected at most {len(best.value) - 1} actions, got {actions}.')
+    if actions >= best.value.shape[-2]:
+        raise ValueError(f'Expected at most {best.value.shape[-2] - 1} actions, got {actions}.')
     where = np.zeros((*worlds, actions + 1, states))
     where[..., 0, x_i] = 1.0
     for n in range(actions):
-        chosen = best.action[actions - n]
+        chosen = np.broadcast_to(best.action[..., actions - n, :], (*worlds, states))
+        index = chosen.clip(min=0)[..., None, None]
         moved = np.where(
-            (chosen == NO_ACTION)[:, None],
+            (chosen == NO_ACTION)[..., None],
             np.eye(states),
-            transition[..., np.arange(states), chosen.clip(min=0), :],
+            np.take_along_axis(transition, index, axis=-2)[..., 0, :],
         )
         where[..., n + 1, :] = (where[..., n, None, :] @ moved)[..., 0, :]
     return where
