@@ -116,52 +116,43 @@ def _header(domain: Domain) -> list[str]:
 
 def _domain(first: Line, lines: Iterator[Line]) -> tuple[Domain, Line]:
     """Read what the rows are about, and the line after it."""
-    states, line = _listed(first, 'states'), next(lines)
-    actions = _listed(line, 'actions')
+    states, actions = _listed(first, 'states'), _listed(next(lines), 'actions')
+    plain = (states, actions) == (TABLETOP.states, TABLETOP.actions)
+    domain = TABLETOP if plain else Domain(states, actions)
     goals: dict[str, tuple[str, ...]] = {}
     aims: dict[str, str] = {}
     stuck: set[str] = set()
     for number, fields in lines:
-        known = goals, aims, stuck
-        if fields[0] == 'goal' and len(fields) > 2 and fields[1] not in goals:
-            goals[fields[1]] = tuple(fields[2:])
-        elif fields[0] == 'aim' and len(fields) == 3 and fields[1] not in aims:
-            aims[fields[1]] = fields[2]
-        elif fields[0] == 'out_of_reach' and len(fields) == 2:
-            stuck.add(fields[1])
-        elif fields[0] in ('goal', 'aim', 'out_of_reach'):
-            raise _wrong(
-                number,
-                'expected "goal,NAME,STATE,...", "aim,ACTION,GOAL" or "out_of_reach,STATE", each '
-                f'name once, got {",".join(fields)!r}',
-            )
-        else:
-            return _made(line[0], states, actions, *known), (number, fields)
+        match fields:
+            case ['goal', goal, *members] if members and goal not in goals:
+                goals[goal] = tuple(members)
+            case ['aim', action, goal] if action not in aims:
+                aims[action] = goal
+            case ['out_of_reach', state]:
+                stuck.add(state)
+            case ['goal' | 'aim' | 'out_of_reach', *_]:
+                raise _wrong(
+                    number,
+                    'expected "goal,NAME,STATE,...", "aim,ACTION,GOAL" or "out_of_reach,STATE", '
+                    f'each name once, got {",".join(fields)!r}',
+                )
+            case _:
+                return domain, (number, fields)
+        try:
+            domain = Domain(states, actions, goals, aims, frozenset(stuck))
+        except ValueError as error:
+            raise _wrong(number, str(error).rstrip('.').replace('Expected', 'expected')) from error
     raise AssertionError('The line that says the file ends ends the domain.')
-
-
-def _made(
-    number: int,
-    states: tuple[str, ...],
-    actions: tuple[str, ...],
-    goals: dict[str, tuple[str, ...]],
-    aims: dict[str, str],
-    stuck: set[str],
-) -> Domain:
-    plain = not (goals or aims or stuck)
-    if plain and (states, actions) == (TABLETOP.states, TABLETOP.actions):
-        return TABLETOP
-    try:
-        return Domain(states, actions, goals, aims, frozenset(stuck))
-    except ValueError as error:
-        raise _wrong(number, f'{error}'.rstrip('.')) from error
 
 
 def _listed(line: Line, key: str) -> tuple[str, ...]:
     number, fields = line
-    if fields[0] != key or len(fields) < 2:
+    names = tuple(fields[1:])
+    if fields[0] != key or not names:
         raise _wrong(number, f'expected {key + ",NAME,..."!r}, got {",".join(fields)!r}')
-    return tuple(fields[1:])
+    if not all(names) or len(set(names)) < len(names):
+        raise _wrong(number, f'expected {key} with a name each, each once, got {list(names)}')
+    return names
 
 
 def _lines(text: str) -> Iterator[Line]:

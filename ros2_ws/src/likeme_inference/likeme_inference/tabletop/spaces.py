@@ -90,8 +90,12 @@ class Domain:
 
 def _number(what: str, name: str, names: tuple[str, ...]) -> int:
     if name not in names:
-        raise ValueError(f'Expected one of the {what}s {", ".join(names)}, got {name!r}.')
+        raise ValueError(_expected(what, name, names))
     return names.index(name)
+
+
+def _expected(what: str, name: str, names: Iterable[str]) -> str:
+    return f'Expected one of the {what}s {", ".join(names)}, got {name!r}.'
 
 
 def _check_names(what: str, names: tuple[str, ...]) -> None:
@@ -100,6 +104,7 @@ def _check_names(what: str, names: tuple[str, ...]) -> None:
 
 
 def _check_known(what: str, used: Iterable[str], known: Iterable[str]) -> None:
-    names = tuple(known)
+    names = dict.fromkeys(known)
     for name in used:
-        _number(what, name, names)
+        if name not in names:
+            raise ValueError(_expected(what, name, names))
