@@ -121,6 +121,7 @@ def test_another_model(tmp_path: Path) -> None:
         (['fig9'], 2, 'reproduce: Expected one of table1, fig7, fig8, '),
         (['table1', '--seeds', '3'], 2, 'reproduce: table1 takes no --seeds.'),
         (['table1', '--model', '/no/such/file'], 1, '/no/such/file: No such file'),
+        (['table1', '--out', '/dev/null/x'], 1, 'Expected a folder to draw into, got /dev/null/x'),
     ],
 )
 def test_refusals(words: list[str], code: int, said: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -47,6 +48,8 @@ def reproduce(
     names = quick if name == 'all' else [name]
     options = Options(seeds, model, workers)
     _check(name, options)
+    if out is not None:
+        _make_folder(out)
     reports = {each: _report(each, options) for each in names}
     if as_json:
         documents = {each: report.document for each, report in reports.items()}
@@ -57,8 +60,7 @@ def reproduce(
         if not as_json:
             print(report.text, end='\n\n')
         if out is not None:
-            for path in save_figure(report, out, each):
-                print(f'Drawn: {path}', file=sys.stderr)
+            _draw(report, out, each)
 
 
 def _check(name: str, options: Options) -> None:
@@ -85,6 +87,29 @@ def _report(name: str, options: Options) -> Report:
     except KeyboardInterrupt:
         print(f'reproduce: {name}: stopped.', file=sys.stderr)
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _make_folder(folder: Path) -> None:
+    """Find out before the work whether its figures can be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        _fail(f'Expected a folder to draw into, got {folder}: {error.strerror}.')
+
+
+def _draw(report: Report, folder: Path, name: str) -> None:
+    try:
+        for path in save_figure(report, folder, name):
+            print(f'Drawn: {path}', file=sys.stderr)
+    except OSError as error:
+        _fail(f'{name} is not drawn into {folder}: {error.strerror}.')
+
+
+def _fail(sentence: str) -> None:
+    print(f'reproduce: {sentence}', file=sys.stderr)
+    raise typer.Exit(1)
 
 
 def _refuse(sentence: str) -> None:

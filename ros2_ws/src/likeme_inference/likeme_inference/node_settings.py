@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from likeme_inference.experience.executed import Experience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
-from likeme_inference.tabletop.domain import TABLETOP, Mode, Policy
+from likeme_inference.tabletop.domain import Mode, Policy
 from likeme_inference.tabletop.imitation import Settings
 from likeme_inference.tabletop.robot_model import RobotModel
 
@@ -72,19 +72,11 @@ def read_model(path: str) -> RobotModel:
     """Load a model file; an empty path means the shipped one.
 
     Raises:
-        ModelFileError: with line number and reason.
+        ModelFileError: see model_file.load_tabletop.
     """
     if not path:
         return model_file.shipped()
-    model = model_file.load(Path(path).expanduser())
-    known = (TABLETOP.states, TABLETOP.actions)
-    if (model.domain.states, model.domain.actions) != known:
-        raise model_file.ModelFileError(
-            f'{path}: expected the states {", ".join(known[0])} and the actions '
-            f'{", ".join(known[1])}, got {", ".join(model.domain.states)} and '
-            f'{", ".join(model.domain.actions)}.'
-        )
-    return model
+    return model_file.load_tabletop(Path(path).expanduser())
 
 
 def open_experience(values: Mapping[str, Any], learned: RobotModel) -> Experience | None:

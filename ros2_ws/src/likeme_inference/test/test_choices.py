@@ -131,7 +131,7 @@ def test_models_that_are_none(fields: dict[str, Any], message: str) -> None:
 
 
 def test_one_who_never_slips_wants_what_came_of_it() -> None:
-    """The robot's pear rolls off the table now and then; a person's does not, on purpose or not."""
+    """The robot's pear rolls off the table now and then, and may have been meant elsewhere."""
     never_slips = np.eye(3)[None, [action.target for action in Action]].repeat(3, axis=0)
     like_me, like_them = (
         GoalModel.of(PEAR.transition, demonstrator=other) for other in (None, never_slips)

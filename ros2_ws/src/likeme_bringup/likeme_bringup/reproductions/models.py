@@ -32,7 +32,7 @@ def model_of(options: Options) -> RobotModel:
     path = Path(options.model).expanduser()
     if '://' in options.model or is_sqlite(path):
         return _experienced(options.model)
-    return model_file.load(path)
+    return model_file.load_tabletop(path)
 
 
 def _experienced(place: str) -> RobotModel:

@@ -61,11 +61,10 @@ class Reproduction(NamedTuple):
 
 
 def save_figure(report: Report, folder: Path, name: str) -> list[Path]:
-    """Write NAME.png and NAME.svg; returns their paths, none without a figure."""
+    """Write NAME.png and NAME.svg into a folder; returns their paths, none without a figure."""
     if report.figure is None:
         return []
     figure = report.figure()
-    folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f'{name}.png', folder / f'{name}.svg']
     for path in paths:
         figure.savefig(path, dpi=150)

@@ -67,6 +67,28 @@ def load(path: Path) -> RobotModel:
         raise ModelFileError(f'{path}: {error}') from error
 
 
+def load_tabletop(path: Path) -> RobotModel:
+    """Read a model of the paper's table, for what works there alone.
+
+    Raises:
+        ModelFileError: as `load`; or the states, actions, goals, aims or reach are others.
+    """
+    model = load(path)
+    ours, theirs = TABLETOP, model.domain
+    if (theirs.states, theirs.actions) != (ours.states, ours.actions):
+        raise ModelFileError(
+            f'{path}: expected the states {", ".join(ours.states)} and the actions '
+            f'{", ".join(ours.actions)}, got {", ".join(theirs.states)} and '
+            f'{", ".join(theirs.actions)}.'
+        )
+    if theirs != ours:
+        raise ModelFileError(
+            f'{path}: expected no lines goal, aim and out_of_reach but those of the tabletop, '
+            'which may be left out, got others.'
+        )
+    return model
+
+
 def save(model: RobotModel, path: Path) -> None:
     """Write a model file whole or not at all: a reader never sees half of it."""
     part = path.with_name(path.name + '.part')

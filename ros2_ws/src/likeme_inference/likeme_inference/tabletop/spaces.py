@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Domain:
     """Omega_X, Omega_A and Omega_G; the tabletop (domain.TABLETOP) is one of many.
 
@@ -47,6 +47,18 @@ class Domain:
         _check_known('action', self.aims, self.actions)
         _check_known('goal', self.aims.values(), goals)
         _check_known('state', self.out_of_reach, self.states)
+
+    def __eq__(self, other: object) -> bool:
+        """Whether names, numbers and meanings agree: goals are numbered by their order."""
+        return isinstance(other, Domain) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    @cached_property
+    def _key(self) -> tuple[object, ...]:
+        goals, aims = tuple(self.goals.items()), frozenset(self.aims.items())
+        return self.states, self.actions, goals, aims, self.out_of_reach
 
     @property
     def shape(self) -> tuple[int, int, int]:
