@@ -80,12 +80,15 @@ def goal_posterior(
     """P(G | x_i, x_f), proportional to P(G) P(x_f | x_i, G), actions summed out (Fig 3d).
 
     A change that no goal can explain (the robot's own actions never did it) leaves the prior.
-    For many demonstrations, or uncertain ones, see GoalModel.
+    Computed anew each time. GoalModel looks it up, and takes many demonstrations, uncertain ones
+    as well.
 
     prior[g] sums to 1; the result has the same shape.
     """
     prior = np.asarray(prior, dtype=np.float64)
-    return normalised(prior * (policy[x_i] @ transition[x_i, :, x_f]), prior)
+    joint = prior * (policy[x_i] @ transition[x_i, :, x_f])
+    total = joint.sum()
+    return np.asarray(joint / total if total > 0 else prior.copy())
 
 
 def map_goal(posterior: ArrayLike, x_f: int) -> int:
