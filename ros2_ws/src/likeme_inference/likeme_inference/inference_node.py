@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import sys
 import time
-from collections import Counter
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
@@ -19,6 +16,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
 from likeme_inference.experience.database import StoreError
+from likeme_inference.health_node import Health
 from likeme_inference.hearing_node import Hearing
 from likeme_inference.help_desk import AnswerRefusedError, HelpDesk
 from likeme_inference.node_settings import open_experience, read_model, read_settings
@@ -45,11 +43,6 @@ from likeme_msgs.srv import AskHuman, ExecuteAction
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 WATCH_PERIOD = 0.1
-#: s: one log line for all bad messages of this time; a camera silent for longer, or a message
-#: dropped more recently, is worth a warning.
-THROTTLE = 5.0
-CAMERA_SILENCE = 2.0
-RECENT = 10.0
 #: What a recorded input other than a topic's message carries.
 HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'message')
 
@@ -98,13 +91,9 @@ class InferenceNode(Node):
             model = self._experience.model
         self._session = ImitationSession(model, read_settings(values))
         self._desk = HelpDesk()
-        self._counts: Counter[str] = Counter()
-        self._camera_heard = time.monotonic()
-        self._dropped_at = -math.inf
         self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
         self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
-        self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._arm = ArmCall(
             self.create_client(ExecuteAction, 'arm/execute_action'),
             messages.read_motion,
@@ -113,6 +102,7 @@ class InferenceNode(Node):
             values['arm_wait'],
             values['action_timeout'],
         )
+        self._health = Health(self, lambda: self._arm.ready, self._facts)
         self._hearing = Hearing(self, values['replayed'], self._hear_again)
         self._hearing.subscribe(
             Input.DEMONSTRATION, DemonstrationMsg, 'demonstration', self._on_demonstration, 10
@@ -122,9 +112,7 @@ class InferenceNode(Node):
         )
         self.create_service(AskHuman, 'ask_human', self._on_ask_human)
         self._node_parameters.watch()
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(WATCH_PERIOD, self._watch, clock=steady)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
+        self.create_timer(WATCH_PERIOD, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self.get_logger().info(
             f'I know {", ".join(model.objects)} from {model.label} and imitate in '
             f'{values["mode"]} mode. Show me something.'
@@ -156,17 +144,18 @@ class InferenceNode(Node):
 
     def _begin_anew(self, replayed: bool) -> None:
         self._session = ImitationSession(self._session.model, self._session.settings)
-        self._desk, self._counts = HelpDesk(), Counter()
+        self._desk = HelpDesk()
+        self._health.counts.clear()
         self._hearing.begin(replayed)
 
     def _on_demonstration(self, msg: DemonstrationMsg) -> None:
         try:
             demo = messages.read_demonstration(msg, self._session.model.objects)
         except ValueError as error:
-            self._drop('demonstrations', error)
+            self._health.drop('demonstrations', error)
             self._heard(Input.DEMONSTRATION, header=msg.header, refused=True)
             return
-        self._counts['demonstrations'] += 1
+        self._health.counts['demonstrations'] += 1
         self._tell(self._session.observe_demonstration(demo))
         self._tell(self._session.look_again())
         self._heard(Input.DEMONSTRATION, header=msg.header)
@@ -175,23 +164,14 @@ class InferenceNode(Node):
         try:
             view = messages.read_table(msg)
         except ValueError as error:
-            self._drop('table states', error)
+            self._health.drop('table states', error)
             self._heard(Input.TABLE_STATE, header=msg.header, refused=True)
             return
         if view.stamp > self._session.last_view:
-            self._camera_heard = time.monotonic()
-        self._counts['table states'] += 1
+            self._health.camera_heard()
+        self._health.counts['table states'] += 1
         self._tell(self._session.look(view))
         self._heard(Input.TABLE_STATE, header=msg.header)
-
-    def _drop(self, what: str, error: ValueError) -> None:
-        self._counts[f'{what} dropped'] += 1
-        self._dropped_at = time.monotonic()
-        dropped = self._counts[f'{what} dropped']
-        self.get_logger().warning(
-            f'{dropped} {what} dropped so far, the last one because: {error}',
-            throttle_duration_sec=THROTTLE,
-        )
 
     def _tell(self, event: GoalBelief | Decision | Outcome | Remark | None) -> None:
         """Publish what the session came to, say it, and set about it."""
@@ -201,14 +181,14 @@ class InferenceNode(Node):
             self._belief_pub.publish(messages.belief_msg(event))
         elif isinstance(event, Decision):
             self._decision_pub.publish(messages.decision_msg(event))
-            self._counts['decisions'] += 1
+            self._health.counts['decisions'] += 1
         elif isinstance(event, Outcome):
             # Kept before it is told: whoever hears of it may stop this node.
             self._learn(event)
             self._outcome_pub.publish(messages.outcome_msg(event))
-            self._counts[f'outcomes {event.result.name}'] += 1
+            self._health.counts[f'outcomes {event.result.name}'] += 1
         if not isinstance(event, Remark):
-            self._counts['events'] += 1
+            self._health.counts['events'] += 1
         self.get_logger().info(event.sentence)
         if isinstance(event, Decision) and event.kind is Kind.ASK_HUMAN:
             self._desk.add(help_request(event))
@@ -224,12 +204,12 @@ class InferenceNode(Node):
         try:
             model = self._experience.record_outcome(decision, outcome)
         except StoreError as error:
-            self._counts['outcomes not kept'] += 1
+            self._health.counts['outcomes not kept'] += 1
             self.get_logger().warning(f'This outcome is not kept as experience: {error}')
             return
         if model is not None:
             self._session.model = model
-            self._counts['outcomes learned from'] += 1
+            self._health.counts['outcomes learned from'] += 1
 
     @property
     def _learns(self) -> bool:
@@ -253,7 +233,7 @@ class InferenceNode(Node):
         self._arm.start(request, time.monotonic())
 
     def _on_motion(self, report: MotionReport) -> None:
-        self._camera_heard = time.monotonic()
+        self._health.camera_heard()
         if report.outcome is not None:
             self.get_logger().info(f'The arm says: {report.message}')
         self._tell(self._session.motion_finished(report))
@@ -261,7 +241,7 @@ class InferenceNode(Node):
 
     def _on_late_answer(self, report: MotionReport) -> None:
         self.get_logger().warning(f'Too late, ignored: the arm says: {report.message}')
-        self._counts['late answers ignored'] += 1
+        self._health.counts['late answers ignored'] += 1
 
     def _on_ask_human(
         self, request: AskHuman.Request, response: AskHuman.Response
@@ -285,7 +265,7 @@ class InferenceNode(Node):
         if self._hearing.replayed:
             raise AnswerRefusedError('This is a replay: the recorded operator answers.')
         answer = self._desk.answer(request.request_id, request.answer, request.answered_by)
-        self._camera_heard = time.monotonic()
+        self._health.camera_heard()
         self.get_logger().info(answer.sentence)
         self._tell(self._session.answered(answer.reply))
         self._heard(Input.ANSWER, answer=int(answer.reply), message=answer.answered_by)
@@ -297,17 +277,15 @@ class InferenceNode(Node):
         """Give up an arm or a camera that is not heard of in time."""
         if self._hearing.replayed:
             return
-        now = time.monotonic()
-        self._arm.poll(now)
-        silent = now - self._camera_heard
-        if self._session.phase is Phase.CONFIRMING and (
-            silent > self._session.settings.outcome_timeout
-        ):
+        self._arm.poll(time.monotonic())
+        late = self._health.silence > self._session.settings.outcome_timeout
+        if self._session.phase is Phase.CONFIRMING and late:
             self._tell(self._session.nothing_seen())
             self._heard(Input.SILENCE)
 
     def _heard(self, kind: Input, **fields: Any) -> None:
-        self._hearing.announce(kind, self._session.last_view, self._counts['events'], **fields)
+        events = self._health.counts['events']
+        self._hearing.announce(kind, self._session.last_view, events, **fields)
 
     def _hear_again(self, kind: Input, said: Heard) -> None:
         """Hear what arm or operator said in the recorded run, or that nobody did."""
@@ -326,28 +304,15 @@ class InferenceNode(Node):
             fields['refused'] = True
         self._heard(kind, **fields)
 
-    def _publish_diagnostics(self) -> None:
-        now = time.monotonic()
-        silent = now - self._camera_heard
-        problems = [
-            (not self._arm.ready, 'arm service absent'),
-            (silent > CAMERA_SILENCE, f'no new table state for {silent:.0f} s'),
-            (now - self._dropped_at < RECENT, 'messages were dropped just now'),
-        ]
-        said = '; '.join(sentence for there, sentence in problems if there)
-        facts = {
+    def _facts(self) -> dict[str, Any]:
+        """What /diagnostics tells beside the counts."""
+        return {
             'phase': self._session.phase.name,
             'mode': self._session.settings.mode,
             'model': self._session.model.label,
             'pending requests': len(self._desk.pending),
             'inputs': self._hearing.inputs,
-            **self._counts,
         }
-        self._diagnostics_pub.publish(
-            messages.diagnostics_message(
-                'inference_node: imitation', said, facts, self.get_clock().now().to_msg()
-            )
-        )
 
 
 def main() -> int:
