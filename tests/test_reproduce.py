@@ -114,6 +114,21 @@ def test_another_model(tmp_path: Path) -> None:
     assert [row['object'] for row in found['rows']] == ['lemon', 'chicken'] * 2
     assert found['model'] == 'chung2015_little 1'
 
+    (tmp_path / 'plums.csv').write_text(text.replace('\npear', '\nplum'))
+    said = run('table1', '--model', str(tmp_path / 'plums.csv')).stdout
+    assert '12 of 12 cells as printed' in said
+    assert 'nan' not in said
+
+
+def test_a_model_without_objects(tmp_path: Path) -> None:
+    shipped = model_file.format_model(model_file.shipped()).splitlines()
+    header = shipped[: next(i for i, line in enumerate(shipped) if line.startswith('pear'))]
+    (tmp_path / 'empty.csv').write_text('\n'.join([*header, 'end,0,0\n']))
+    answer = run('practice', '--model', str(tmp_path / 'empty.csv'))
+
+    assert answer.exit_code == 1
+    assert 'expected trials of at least one object, got none' in answer.stderr
+
 
 @pytest.mark.parametrize(
     ('words', 'code', 'said'),
@@ -140,14 +155,3 @@ def test_the_script_from_another_folder(tmp_path: Path) -> None:
 
     assert len(json.loads(told.stdout)['rows']) == 6
     assert (tmp_path / 'here' / 'table1.png').exists()
-
-
-def test_the_readme_s_notebook() -> None:
-    readme = (ROOT / 'README.md').read_text(encoding='utf-8')
-    code = readme.split('```python\n')[1].split('```')[0]
-    names: dict[str, Any] = {}
-    exec(code, names)
-
-    promised = code.split('# array(')[1].splitlines()[0].strip('[] )')
-    found = names['pear'].goal_posterior(0, 1)
-    assert found == pytest.approx([float(p) for p in promised.rstrip('])').split(',')], abs=5e-9)

@@ -20,8 +20,15 @@ def model_of(options: Options) -> RobotModel:
     """The model an option names; `shipped`, the default, is the paper's own robot.
 
     Raises:
-        ValueError, OSError: it cannot be read, or learned.
+        ValueError, OSError: it cannot be read, or learned, or knows no object.
     """
+    model = _named(options)
+    if not model.objects:
+        raise ValueError(f'expected trials of at least one object, got none in {options.model}.')
+    return model
+
+
+def _named(options: Options) -> RobotModel:
     if options.model in (None, 'shipped'):
         return model_file.shipped()
     if options.model == LEARNED:

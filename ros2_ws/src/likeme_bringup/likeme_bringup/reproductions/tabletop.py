@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -51,18 +52,19 @@ def _table1_text(model: RobotModel, result: Table1) -> str:
         f'Table 1: hypothetical success, from {model.label}; in brackets as the paper prints it.',
         f'{"demonstration":15}{"object":10}' + ''.join(f'{mode:>22}' for mode in MODES),
     ]
-    agree = 0
+    agree = printed = 0
     for manner in Manner:
         for o, name in enumerate(result.objects):
-            cells = ''
-            for k, value in enumerate(result.success[manner, o]):
-                paper = PAPER.get((manner, name), (np.nan,) * len(MODES))[k]
-                same = abs(value - paper) < 5e-5
-                agree += same
-                mark = ' ' if same or np.isnan(paper) else '*'
-                cells += f'{value:12.4f} ({paper:.4f}){mark}'
-            lines.append(f'{manner.name.lower():15}{name:10}{cells}')
-    lines.append(f'{agree} of {result.success.size} cells as printed.')
+            line = f'{manner.name.lower():15}{name:10}'
+            for value, paper in zip_longest(
+                result.success[manner, o], PAPER.get((manner, name), ())
+            ):
+                same = paper is not None and abs(value - paper) < 5e-5
+                agree, printed = agree + same, printed + (paper is not None)
+                beside = '' if paper is None else f'({paper:.4f})' + ('' if same else '*')
+                line += f'{value:12.4f} {beside:9}'
+            lines.append(line.rstrip())
+    lines.append(f'{agree} of {printed} cells as printed.')
     if model.label == model_file.shipped().label:
         manner, name, mode = MISPRINT
         lines.append(
