@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks, choose
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
+from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import goal_posterior, map_goal, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
@@ -48,7 +48,8 @@ def test_a_change_the_robot_cannot_explain_leaves_the_prior_and_its_end_is_the_g
 
 def test_exactly_at_the_threshold_is_sure_enough() -> None:
     assert not asks(0.5, 0.5)
-    assert asks(math.nextafter(0.5, 0), 0.5)
+    assert asks(0.5 - 1e-9, 0.5)
+    assert not asks(math.nextafter(0.5, 0), 0.5), 'Sums are rounded.'
     assert make(PEAR, R, L, Mode.INTERACTIVE, 0.4).kind is Kind.EXECUTE
 
 
@@ -119,7 +120,10 @@ def test_repeating_needs_something_to_repeat() -> None:
         ({'transition': np.zeros((3, 6, 2))}, r'transition of shape \(3, 6, 3\), got \(3, 6, 2\)'),
         ({'prior': [0.5, 0.5]}, r'prior of shape \(3,\), got \(2,\)'),
         ({'prior': [0.5, math.nan, 0.5]}, 'prior of 0 or more, got nan'),
-        ({'demonstrator': np.ones((3, 5, 3))}, r'demonstrator of shape \(3, 6, 3\)'),
+        ({'demonstrator': np.full((4, 5, 4), 0.25)}, 'demonstrator of 3 states, got 4'),
+        ({'transition': PEAR.transition + np.inf}, 'transition of 0 or more, got inf'),
+        ({'goals': np.zeros((0, 3))}, r'goals of at least one of each, got shape \(0, 3\)'),
+        ({'goals': np.eye(3) / 2}, 'goals of 0 or 1, got'),
         ({'demonstrator': PEAR.transition / 2}, r'demonstrator to sum to 1, got 0\.5'),
         ({'prior': [0.5, 0.25, 0.5]}, r'prior to sum to 1, got 1\.25'),
         ({'goals': np.eye(4)}, r'goals of shape \(4, 3\), got \(4, 4\)'),
@@ -155,15 +159,48 @@ def test_a_model_keeps_its_own_numbers() -> None:
 @pytest.mark.parametrize(
     ('x_i', 'x_f', 'message'),
     [
-        (-1, 0, 'states from 0 to 2, got -1'),
-        ([0.5, 0.5], 0, r'distributions over 3 states, got shape \(2,\)'),
+        (-1, 0, 'x_i from 0 to 2, got -1'),
+        (0, 3, 'x_f from 0 to 2, got 3'),
+        (True, 0, 'x_i from 0 to 2, got True'),
+        ([0, 1], [1, -1], 'x_f from 0 to 2, got -1'),
+        (0, [True, False, True], 'x_f in whole numbers, got bool'),
+        ([0.5, 0.5], 0, r'distributions over 3 states, got float64 of shape \(2,\)'),
         ([math.nan, 1.0, 0.0], 0, '0 or more, got nan'),
+        ([math.inf, 1.0, 0.0], 0, '0 or more, got inf'),
         ([-0.5, 1.0, 0.5], [1.0, 0.0, 0.0], '0 or more, got -0.5'),
     ],
 )
 def test_evidence_that_is_none(x_i: Any, x_f: Any, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        PEAR.goal_posterior(x_i, x_f)
+    for ask in (PEAR.goal_posterior, PEAR.action_posterior):
+        with pytest.raises(ValueError, match=message):
+            ask(x_i, x_f)
+
+
+def test_numbers_that_are_none() -> None:
+    for ask, message in [
+        (lambda: PEAR.predict(-1, 0), 'x_i from 0 to 2, got -1'),
+        (lambda: PEAR.predict([0.5, 0.5], 0), 'over 3 states'),
+        (lambda: PEAR.predict(0, 6), 'a from 0 to 5, got 6'),
+        (lambda: PEAR.action_for([math.nan, 0.5, 0.5], 0), '0 or more, got nan'),
+        (lambda: PEAR.success(0, -1), 'g from 0 to 2, got -1'),
+        (lambda: choose(PEAR, 3, 0, None, Mode.INTERACTIVE, 0.5), 'x_i from 0 to 2, got 3'),
+        (lambda: choose(PEAR, 0, 1, -1, Mode.TRAJECTORY, 0.5), 'demonstrated from 0 to 5'),
+        (lambda: choose(PEAR, 0, 1, None, Mode.INTERACTIVE, math.nan), 'threshold from 0 to 1'),
+        (lambda: map_index([math.nan, 0.5]), 'probabilities, got'),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            ask()
+
+
+def test_one_whose_actions_are_others() -> None:
+    """A person who can but drop things: all that is not OFFTABLE stays unexplained."""
+    drops = np.zeros((3, 1, 3))
+    drops[..., O] = 1
+    model = GoalModel.of(PEAR.transition, demonstrator=drops)
+
+    assert model.goal_posterior(L, O).tolist() == [0, 0, 1]
+    assert model.goal_posterior(L, R).tolist() == [1 / 3] * 3
+    assert model.action_for(R, L).shape == (6,)
 
 
 @pytest.mark.parametrize(
@@ -195,12 +232,25 @@ def test_trials_are_added_and_never_taken_away() -> None:
         pear.merge(TransitionModel.untried(2, 6))
     with pytest.raises(ValueError, match=r'prior 0\.0, got 0\.5'):
         pear.merge(TransitionModel.untried(3, 6, 0.5))
-    with pytest.raises(ValueError, match='0 or more, got -1'):
-        TransitionModel.untried(3, 6, -1)
+    for prior, message in [
+        (-1, r'from 0 to 2\^53, got -1'),
+        (math.nan, r'from 0 to 2\^53, got nan'),
+        (np.ones(2), r'broadcasts to \(3, 6, 3\), got \(2,\)'),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            TransitionModel.untried(3, 6, prior)
 
 
 def test_models_cannot_be_changed() -> None:
     with pytest.raises(ValueError, match='read-only'):
         PEAR.transition[0, 0, 0] = 1
-    with pytest.raises(ValueError, match='read-only'):
-        shipped().objects['pear'].counts[0, 0, 0] = 1
+    prior = np.full((3, 6, 3), 0.5)
+    counted = TransitionModel(shipped().objects['pear'].counts, prior)
+    prior[:] = 100
+    assert counted.pseudo_counts[L, 0].tolist() == [10.5, 0.5, 0.5]
+    for array in (
+        counted.counts, counted.prior, PEAR.success(L, R), TABLETOP.stuck, TABLETOP.goal_matrix,
+        PEAR.goal_posterior(L, R), shipped().counted('pear', shared=True).prior,
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match='read-only'):
+            array[...] = 1  # type: ignore[index]

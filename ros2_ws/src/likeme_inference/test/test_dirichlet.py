@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from likeme_inference.tabletop import dirichlet
+from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import (
     CONCENTRATION,
     aimed_prior,
@@ -16,7 +17,7 @@ from likeme_inference.tabletop.dirichlet import (
 )
 from likeme_inference.tabletop.domain import Action, State
 from likeme_inference.tabletop.model_file import shipped
-from likeme_inference.tabletop.transition_model import FloatArray, TransitionModel
+from likeme_inference.tabletop.transition_model import TransitionModel
 
 PEAR = shipped().objects['pear']
 AIMS = tuple(action.target for action in Action)
@@ -91,6 +92,19 @@ def test_what_a_prior_excludes_is_certain() -> None:
     assert credible_interval(TransitionModel.untried(3, 6, alone)).low[0, 0].tolist() == [1, 0, 0]
 
 
+def test_a_row_without_trials_or_prior_beside_others_may_be_anything() -> None:
+    prior = np.zeros((3, 6, 3))
+    prior[0] = 0.5
+    low, high = credible_interval(TransitionModel.untried(3, 6, prior))
+
+    assert low[1, 0] == pytest.approx(stats.beta(1, 2).ppf(0.025))
+    assert high[1, 0] == pytest.approx(stats.beta(1, 2).ppf(0.975))
+
+
+def test_one_trial_alone_was_impossible_before() -> None:
+    assert leave_one_out(TransitionModel.untried(2, 1).add(0, 0, 1)) == -np.inf
+
+
 def test_draws_scatter_around_the_mean() -> None:
     model = TransitionModel(PEAR.counts, CONCENTRATION)
     drawn = sample_transitions(model, np.random.default_rng(1), 4000)
@@ -103,5 +117,6 @@ def test_draws_of_rows_with_next_to_nothing() -> None:
     tiny = sample_transitions(TransitionModel.untried(3, 6, 1e-9), np.random.default_rng(1), 100)
     none = sample_transitions(TransitionModel.untried(3, 6), np.random.default_rng(1), 4000)
 
-    assert np.isfinite(tiny).all()
+    assert (tiny.max(axis=-1) == 1).all()
+    assert tiny.mean(axis=0) == pytest.approx(np.full((3, 6, 3), 1 / 3), abs=0.2)
     assert none.mean(axis=0) == pytest.approx(np.full((3, 6, 3), 1 / 3), abs=0.02)

@@ -12,6 +12,7 @@ from scipy import sparse
 from worlds import World, counts, joint_of, marginal, policy_of, transition_of, worlds
 
 from likeme_inference.tabletop.action_selection import choose
+from likeme_inference.tabletop.arrays import IntArray
 from likeme_inference.tabletop.dirichlet import sample_transitions
 from likeme_inference.tabletop.domain import Action, Mode, State
 from likeme_inference.tabletop.goal_inference import (
@@ -23,11 +24,7 @@ from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.policy import explored_policy
 from likeme_inference.tabletop.sparse import SparseGoalModel
-from likeme_inference.tabletop.transition_model import (
-    IntArray,
-    TransitionModel,
-    maximum_likelihood,
-)
+from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 
 EXACT = {'rel': 0, 'abs': 1e-12}
 MANY = settings(max_examples=150, deadline=None)
@@ -137,6 +134,9 @@ def test_sparse_models_say_the_same(n: IntArray, alpha: float, data: st.DataObje
     assert thin.goal_posterior(x, y) == pytest.approx(dense.goal_posterior(x, y), **EXACT)
     assert thin.action_posterior(x, y) == pytest.approx(dense.action_posterior(x, y), **EXACT)
     assert thin.success(x, y) == pytest.approx(dense.success(x, y), **EXACT)
+    scale = rows.astype(float)
+    SparseGoalModel.of_counts(scale, actions, alpha)
+    assert (scale != rows).nnz == 0, "The counts stay the caller's."
     assert thin.predict(x, actions - 1) == pytest.approx(dense.predict(x, actions - 1), **EXACT)
 
 

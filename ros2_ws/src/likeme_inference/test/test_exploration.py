@@ -13,6 +13,7 @@ from likeme_inference.tabletop.imitation import Settings, decide
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
 from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.transition_model import maximum_likelihood
 from likeme_inference.tabletop.values import Demonstration, TableView
 
 CHANGES = ((0, 1), (0, 2), (1, 0), (1, 2))
@@ -35,6 +36,14 @@ def test_help_rate_is_that_of_plans_followed():
     for _ in range(20):
         model, world = rng.dirichlet(np.ones(3), size=(2, 3, 3, 6))
         assert help_rate(model, world) == pytest.approx(slow_help_rate(model, world))
+        # Few trials and maximum likelihood: ties, and goals that nothing seems to reach.
+        model = maximum_likelihood(rng.poisson(0.3, size=(3, 3, 6, 3)))
+        assert help_rate(model, world) == pytest.approx(slow_help_rate(model, world))
+
+
+def test_nothing_to_do_needs_no_help():
+    nowhere = Domain(('a',), ('b',))
+    assert help_rate(np.ones((1, 1, 1, 1)), np.ones((1, 1, 1, 1)), domain=nowhere) == 0
 
 
 def test_random_but_known_rows_gain_nothing():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -141,8 +142,8 @@ def test_the_shipped_model_names_its_source() -> None:
         ('object,x_i', 'goal,TIDY,UP\nobject,x_i', "line 10: expected one of the states .*'UP'"),
         ('object,x_i', 'aim,PULL,LEFT\nobject,x_i', "line 10: expected one of the act.*'PULL'"),
         ('object,x_i', 'x_i,object', "line 10: expected 'object,x_i"),
-        ('pear,LEFT,PUSH_RIGHT,1', 'pear,UP,PUSH_RIGHT,1', "line 11: expected one of LEFT .*'UP'"),
-        ('PUSH_RIGHT,1,8', 'PULL,1,8', "line 11: expected one of PLACE_LEFT .* got 'PULL'"),
+        ('pear,LEFT,PUSH_RIGHT,1', 'pear,UP,PUSH_RIGHT,1', "line 11: expected one of the states.*'UP'"),
+        ('PUSH_RIGHT,1,8', 'PULL,1,8', "line 11: expected one of the actions .*'PULL'"),
         ('1,8,1,a', '1,-8,1,a', "line 11: expected whole counts of 0 or more, got '1,-8,1'"),
         ('1,8,1,a', '1,0.8,1,a', "line 11: expected whole counts of 0 or more, got '1,0.8,1'"),
         ('1,8,1,a', '1,nan,1,a', 'line 11: expected whole counts'),
@@ -152,8 +153,10 @@ def test_the_shipped_model_names_its_source() -> None:
         ('0,2,0,b', '0,2,0,a', 'line 12: expected each row once, got that of line 11 again'),
         ('end,2,12\n', '', 'line 13: expected a row or "end,ROWS,TRIALS", but the file stops'),
         ('end,2,12', 'end,2,13', "line 13: expected 'end,2,12', got 'end,2,13'"),
-        ('end,2,12\n', 'end,2,12\npear\n', r"line 14: expected '\(end of file\)', got 'pear'"),
+        ('end,2,12\n', 'end,2,12\npear\n', "line 14: expected the end of the file, got 'pear'"),
+        ('end,2,12\n', 'end,2,12\n(end of file)\n', 'line 14: expected the end of the file'),
         ('"Made up', '"Made" up', 'line 6: '),
+        ('Another', 'An\x07other', 'line 7: expected text without control characters'),
     ],
 )  # fmt: skip
 def test_wrong_files_are_refused_with_line_and_reason(old: str, new: str, message: str) -> None:
@@ -161,6 +164,30 @@ def test_wrong_files_are_refused_with_line_and_reason(old: str, new: str, messag
 
     with pytest.raises(ModelFileError, match=message):
         parse(GOOD.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    'name', ['', ' pear', '#pear', 'end', 'a\nb', 'a\u2028b', 'a\x07', '\ud800']
+)
+def test_what_a_file_cannot_hold_is_not_written(name: str, tmp_path: Path) -> None:
+    row = TrialCounts(name, State.LEFT, Action.PUSH_LEFT, (1, 0, 0), 'a')
+
+    with pytest.raises(ModelFileError, match='expected a source, and names of one line'):
+        save(RobotModel('m', '1', {'a': 'A'}, (row,)), tmp_path / 'model.csv')
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize('name', ['a,b', 'a "b"', 'ü', 'end.', 'p#', '1'])
+def test_names_that_people_give(name: str) -> None:
+    row = TrialCounts(name, State.LEFT, Action.PUSH_LEFT, (10**15 - 1, 0, 0), 'a')
+    model = RobotModel(name, name, {'a': name}, (row,))
+
+    assert parse(format_model(model)) == model
+    assert pickle.loads(pickle.dumps(model)) == model
+
+
+def test_lines_of_another_system() -> None:
+    assert parse(GOOD.replace('\n', '\r\n')) == parse(GOOD)
 
 
 def test_every_torn_file_is_refused() -> None:
@@ -180,6 +207,8 @@ def test_what_is_no_model_at_all(text: str) -> None:
 def test_errors_name_the_file(tmp_path: Path) -> None:
     with pytest.raises(ModelFileError, match=r'no_such_file.csv: No such file'):
         load(tmp_path / 'no_such_file.csv')
+    (tmp_path / 'marked.csv').write_text(GOOD, encoding='utf-8-sig')
+    assert load(tmp_path / 'marked.csv') == parse(GOOD)
     binary = tmp_path / 'binary.csv'
     binary.write_bytes(b'\x93NUMPY\xff')
     with pytest.raises(ModelFileError, match='expected UTF-8 text'):
@@ -193,5 +222,13 @@ def test_a_model_in_memory_keeps_the_same_rules() -> None:
         RobotModel('m', '1', {'a': 'A'}, (row, row))
     with pytest.raises(ValueError, match=r"sources \['b'\], got 'a'"):
         RobotModel('m', '1', {'b': 'B'}, (row,))
+    for wrong, message in [
+        (row._replace(counts=(5,)), r'3 whole counts of 0 or more, got \(5,\)'),
+        (row._replace(counts=(-1, 5, 0)), '3 whole counts of 0 or more, got'),
+        (row._replace(x_i=-1), 'x_i from 0 to 2, got -1'),
+        (row._replace(action=6), 'action from 0 to 5, got 6'),
+    ]:
+        with pytest.raises(ValueError, match=message):
+            RobotModel('m', '1', {'a': 'A'}, (wrong,))
     with pytest.raises(ValueError, match=r"objects \['pear'\], got 'plum'"):
         RobotModel('m', '1', {'a': 'A'}, (row,)).model_of('plum')

@@ -12,17 +12,12 @@ from hypothesis.extra import numpy as hnp
 from scipy import sparse
 from worlds import counts
 
+from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
 from likeme_inference.tabletop.domain import TABLETOP, Action, State
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import NO_ACTION, Plan, plan, spread
 from likeme_inference.tabletop.sparse import SparseGoalModel
-from likeme_inference.tabletop.transition_model import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    TransitionModel,
-    maximum_likelihood,
-)
+from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 
 
 def best_by_enumeration(
@@ -128,9 +123,21 @@ def test_equally_good_actions_are_decided_by_what_they_are_meant_for() -> None:
     assert plan(p, np.arange(3) == 1, 2, prefer=prefer).action[2, 0] == Action.PLACE_RIGHT
 
 
+def test_what_succeeds_but_rarely_is_better_than_nothing() -> None:
+    p = np.array([[[1.0, 0.0], [1 - 1e-13, 1e-13]], [[0.0, 1.0], [0.0, 1.0]]])
+
+    assert plan(p, np.array([False, True]), 1).action[1, 0] == 1
+
+
 def test_bad_plans_are_refused() -> None:
     p = maximum_likelihood(np.zeros((3, 6, 3)))
 
+    with pytest.raises(ValueError, match='transition to sum to 1, got 10'):
+        plan(shipped().objects['pear'].counts.astype(float), np.arange(3) == 1, 1)
+    with pytest.raises(ValueError, match='6 actions, each once, got '):
+        plan(p, np.arange(3) == 1, 1, prefer=(0, 0))
+    with pytest.raises(ValueError, match='x_i from 0 to 2, got -1'):
+        spread(p, plan(p, np.arange(3) == 1, 2), -1, 2)
     with pytest.raises(ValueError, match='0 actions or more, got -1'):
         plan(p, np.arange(3) == 1, -1)
     with pytest.raises(ValueError, match=r'of shape \(3,\), got \(2,\)'):

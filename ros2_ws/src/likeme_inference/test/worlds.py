@@ -11,7 +11,7 @@ import numpy as np
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from likeme_inference.tabletop.transition_model import FloatArray, IntArray
+from likeme_inference.tabletop.arrays import FloatArray, IntArray
 
 Joint = dict[tuple[int, ...], float]
 

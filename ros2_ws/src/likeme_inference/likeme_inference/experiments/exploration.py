@@ -8,16 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_inference.tabletop.arrays import FloatArray, IntArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.exploration import help_rate, information_gain
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
-from likeme_inference.tabletop.transition_model import (
-    FloatArray,
-    IntArray,
-    maximum_likelihood,
-)
+from likeme_inference.tabletop.transition_model import maximum_likelihood
 
 #: Trials after which the help rate is taken; 36 pairs matter.
 CHECKPOINTS = (36, 72, 135, 144, 216, 288, 360)

@@ -15,13 +15,14 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_inference.tabletop.action_selection import Kind, choose
+from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION, sample_transitions
 from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.planning import plan, spread
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.transition_model import FloatArray, TransitionModel
+from likeme_inference.tabletop.transition_model import TransitionModel
 
 #: Below which the interactive mode asks.
 THRESHOLD = 0.5

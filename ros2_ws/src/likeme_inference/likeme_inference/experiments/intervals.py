@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special, stats
 
-from likeme_inference.tabletop.transition_model import FloatArray
+from likeme_inference.tabletop.arrays import FloatArray
 
 LEVEL = 0.95
 #: Of the expected calibration error, equally wide.

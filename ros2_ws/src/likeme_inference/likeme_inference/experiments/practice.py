@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_inference.experiments.demonstrations import CHANGES
+from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.policy import explore, explored_policy
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.transition_model import FloatArray
 
 STEPS = (0.01, 0.05, 0.2)
 

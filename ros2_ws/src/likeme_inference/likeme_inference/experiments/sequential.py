@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_inference.experiments.demonstrations import CHANGES
+from likeme_inference.tabletop.action_selection import asks
+from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.domain import State
 from likeme_inference.tabletop.planning import Plan, plan, spread
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.transition_model import FloatArray
 
 BUDGETS = (1, 2, 3, 5, 10)
 #: "with a 100% success rate when the human executes the requested action"
@@ -63,7 +64,7 @@ def _asks(
     here = np.eye(len(transition))[x_i]
     asked = 0.0
     for left in range(actions, -1, -1):
-        gives_up = (best.value[left] < threshold) | (best.value[left] <= 0)
+        gives_up = np.array([asks(v, threshold) or v <= 0 for v in best.value[left].tolist()])
         asked += float(here[gives_up].sum())
         here = np.where(gives_up, 0.0, here)
         if left:

@@ -8,10 +8,10 @@ import numpy as np
 
 from likeme_inference.experiments.demonstrations import CHANGES
 from likeme_inference.tabletop.action_selection import Kind, choose
+from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.transition_model import FloatArray
 
 MODES = (Mode.TRAJECTORY, Mode.GOAL_BASED, Mode.INTERACTIVE)
 #: As printed in the paper: (manner of the demonstration, object) -> one number a mode.

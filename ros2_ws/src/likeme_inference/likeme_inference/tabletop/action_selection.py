@@ -6,8 +6,9 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
+from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import TABLETOP, Mode
-from likeme_inference.tabletop.goal_inference import map_index
+from likeme_inference.tabletop.goal_inference import TIE, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.planning import plan
 from likeme_inference.tabletop.spaces import Domain
@@ -53,9 +54,10 @@ def asks(predicted_success: float, threshold: float) -> bool:
 
     The paper words the edge both ways: "above a prespecified threshold, tau, the robot executes",
     but "the threshold below which the robot asks" under Fig 8c and "50% sure" for Table 1. None
-    of its twelve predictions equals 0.5, so Table 1 fits both. Here exactly 50% sure is enough.
+    of its twelve predictions equals 0.5, so Table 1 fits both. Here exactly 50% sure is enough,
+    however its sum was rounded.
     """
-    return predicted_success < threshold
+    return predicted_success < threshold * (1 - TIE)
 
 
 def choose(
@@ -88,8 +90,15 @@ def choose(
         domain: whose states and actions these are; ties and reach follow it.
 
     Raises:
-        ValueError: trajectory without a demonstrated action.
+        ValueError: trajectory without a demonstrated action; no such state, goal, action or mode;
+            a threshold that is no probability.
     """
+    states, goals, actions = model.policy.shape
+    mode, x_i, goal = Mode(mode), number('x_i', x_i, states), number('goal', goal, goals)
+    if demonstrated is not None:
+        demonstrated = number('demonstrated', demonstrated, actions)
+    if not 0 <= threshold <= 1:
+        raise ValueError(f'Expected a threshold from 0 to 1, got {threshold}.')
     if mode is Mode.TRAJECTORY and demonstrated is None:
         raise ValueError('Expected the demonstrated action to repeat, got None.')
     posterior, success = model.policy[x_i, goal], model.success(x_i, goal).tolist()

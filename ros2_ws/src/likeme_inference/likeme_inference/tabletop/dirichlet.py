@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from likeme_inference.tabletop.transition_model import FloatArray, TransitionModel
+from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 
 #: Pseudo-count of every final state by default, where a prior is wanted. Chosen by leave-one-out
 #: likelihood on the 360 real trials from LEFT and RIGHT: greatest at 0.09 (-189.0 nats; 0.01:
@@ -66,7 +67,7 @@ def credible_interval(model: TransitionModel, level: float = 0.95) -> Interval:
     if not 0 < level < 1:
         raise ValueError(f'Expected a level between 0 and 1, got {level:g}.')
     model = model if np.any(model.prior) else TransitionModel(model.counts, CONCENTRATION)
-    ours = model.pseudo_counts
+    ours = _open(model)
     rest = ours.sum(axis=-1, keepdims=True) - ours
     tail = (1 - level) / 2
     # A final state with no pseudo-count and no trial is impossible, one with all of them certain.
@@ -89,7 +90,9 @@ def leave_one_out(model: TransitionModel) -> float:
     others = n - 1 + alpha
     rest = n.sum(axis=-1, keepdims=True) - 1 + alpha.sum(axis=-1, keepdims=True)
     with np.errstate(divide='ignore', invalid='ignore'):
-        gain = np.where(n > 0, n * (np.log(others) - np.log(rest)), 0.0)
+        # What was never seen nor thought possible before is impossible, be it of nothing.
+        gain = np.where(others > 0, np.log(others) - np.log(rest), -np.inf)
+        gain = np.where(n > 0, n * gain, 0.0)
     return float(gain.sum())
 
 
@@ -100,11 +103,19 @@ def sample_transitions(
 
     A row with neither trials nor prior is drawn uniformly from all distributions.
     """
-    alpha = model.pseudo_counts
-    alpha = np.where(alpha.sum(axis=-1, keepdims=True) > 0, alpha, 1.0)
+    alpha = _open(model)
     gamma = rng.standard_gamma(alpha, size=(samples, *alpha.shape))
-    # Tiny pseudo-counts underflow: the most probable final state takes such a row.
-    total = gamma.sum(axis=-1, keepdims=True)
-    best = np.broadcast_to(alpha == alpha.max(axis=-1, keepdims=True), gamma.shape)
-    gamma = np.where(total > 0, gamma, best.astype(np.float64))
+    lost = gamma.sum(axis=-1) == 0
+    if lost.any():
+        # Tiny pseudo-counts underflow; such a row is all but certain of one final state, each as
+        # probable as its share of them.
+        ladder = maximum_likelihood(np.broadcast_to(alpha, gamma.shape)[lost]).cumsum(axis=-1)
+        drawn = (rng.random((len(ladder), 1)) >= ladder).sum(axis=-1).clip(max=alpha.shape[-1] - 1)
+        gamma[lost] = np.eye(alpha.shape[-1])[drawn]
     return np.asarray(gamma / gamma.sum(axis=-1, keepdims=True))
+
+
+def _open(model: TransitionModel) -> FloatArray:
+    """Pseudo-counts; 1 each in rows with neither trials nor prior, which may be anything."""
+    ours = model.pseudo_counts
+    return np.where(ours.sum(axis=-1, keepdims=True) > 0, ours, 1.0)

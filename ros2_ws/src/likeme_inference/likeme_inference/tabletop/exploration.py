@@ -4,7 +4,7 @@ The robot will act on plans of several actions. A transition model drawn from th
 trials is a world that may be the true one; there the plan it believes in loses, against the best
 plan of that world,
 
-    loss = sum over k, x of w_k(x) (V*_k(x) - Q*_k(x, a)),   a: the action it would take,
+    loss = sum over k, x of w_k(x) (V*_k(x) - Q*_k(x, a)),   a: its best one, of equals the first,
 
 with w_k(x) how often it is in x with k actions left. Each term is credited to the two actions it
 lies between, a and the best one, by how far the quality of each is from what was believed. The
@@ -20,15 +20,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
 from likeme_inference.tabletop.domain import TABLETOP
-from likeme_inference.tabletop.planning import qualities
+from likeme_inference.tabletop.planning import NO_ACTION, best_actions, qualities, rank
 from likeme_inference.tabletop.spaces import Domain
-from likeme_inference.tabletop.transition_model import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    maximum_likelihood,
-)
+from likeme_inference.tabletop.transition_model import maximum_likelihood
 
 #: Actions of the plans that are learned for.
 BUDGET = 3
@@ -93,18 +89,19 @@ def help_rate(
     """How often a goal is still open after plans on the model were followed in the world.
 
     The mean over objects (the last leading axis), goals and starts of 1 - P(reached), exact;
-    ties go to the actions meant for the goal, as in `choose`. Shape of the other leading axes.
+    as `planning.plan` and `spread` have it for one: no action where none can help, and ties go to
+    the actions meant for the goal. Shape of the other leading axes; 0 where no start is open.
     """
     reached, resting = domain.goal_matrix, _resting(domain)
-    aimed = np.zeros((len(reached), model.shape[-2]))
-    for goal, actions in enumerate(domain.aimed):
-        aimed[goal, list(actions)] = 1e-9
+    order = np.array([rank(model.shape[-2], aimed) for aimed in domain.aimed])[:, None]
     world = np.broadcast_to(world, np.broadcast_shapes(model.shape, world.shape))
     value = np.broadcast_to(reached, (*world.shape[:-3], *reached.shape))
     for quality in _qualities(model, budget, domain):
-        taken = np.broadcast_to((quality + aimed[:, None]).argmax(axis=-1), value.shape)
-        value = np.where(resting, reached, (_rows(world, taken) * value[..., None, :]).sum(-1))
-    return np.asarray(1 - value[..., ~resting].mean(axis=(-1, -2)))
+        taken = np.broadcast_to(best_actions(quality, order), value.shape)
+        moved = (_rows(world, taken.clip(min=0)) * value[..., None, :]).sum(-1)
+        value = np.where(resting | (taken == NO_ACTION), reached, moved)
+    open_ = 1 - value[..., ~resting]
+    return np.asarray(open_.mean(axis=(-1, -2)) if open_.size else open_.sum(axis=(-1, -2)))
 
 
 def _qualities(transition: FloatArray, budget: int, domain: Domain) -> list[FloatArray]:

@@ -8,23 +8,31 @@ happen under a model tells nothing, and leaves what was believed before.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from likeme_inference.tabletop.transition_model import FloatArray
+from likeme_inference.tabletop.arrays import FloatArray
 
-#: Two probabilities that differ by less were reached by different roundings of the same sum.
+#: Two probabilities of which one is less by no greater part of itself were reached by different
+#: roundings of the same sum.
 TIE = 1e-12
 
 
 def map_index(probability: ArrayLike, prefer: tuple[int, ...] = ()) -> int:
     """Index of the greatest probability (MAP).
 
-    Ties (within 1e-12) go to the first of `prefer` that is among the greatest, else to the lowest
-    index, so that the same numbers always lead to the same choice.
+    Ties (within a part of 1e-12) go to the first of `prefer` that is among the greatest, else to
+    the lowest index, so that the same numbers always lead to the same choice.
+
+    Raises:
+        ValueError: for no probabilities at all, or NaN among them.
     """
     p = np.asarray(probability, dtype=np.float64).tolist()
-    least = max(p) - TIE
+    if not p or any(math.isnan(v) for v in p):
+        raise ValueError(f'Expected probabilities, got {p}.')
+    least = max(p) * (1 - TIE)
     return next(
         (i for i in prefer if p[i] >= least), next(i for i, v in enumerate(p) if v >= least)
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import choose
 from likeme_inference.tabletop.domain import Action, Mode, Policy, State
@@ -53,6 +55,9 @@ class Settings:
     outcome_timeout: float = 10.0
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, 'mode', Mode(self.mode))
+        object.__setattr__(self, 'policy', Policy(self.policy))
+        object.__setattr__(self, 'goal_prior', tuple(self.goal_prior))
         if len(self.goal_prior) != len(State) or not all(p >= 0 for p in self.goal_prior):
             raise ValueError(
                 f'Expected {len(State)} probabilities of 0 or more, got {list(self.goal_prior)}.'
@@ -74,8 +79,13 @@ def believe(model: RobotModel, settings: Settings, demo: Demonstration) -> GoalB
         ValueError: for an object the robot never tried.
     """
     soft = settings.soft_evidence
-    x_i = demo.x_i_probability if soft and demo.x_i_probability else demo.x_i
-    x_f = demo.x_f_probability if soft and demo.x_f_probability else demo.x_f
+    x_i, x_f = (
+        np.asarray(probability, dtype=np.float64) if soft and probability else state
+        for probability, state in (
+            (demo.x_i_probability, demo.x_i),
+            (demo.x_f_probability, demo.x_f),
+        )
+    )
     posterior = _goal_model(model, settings, demo.object).goal_posterior(x_i, x_f)
     goal = State(map_goal(posterior, demo.x_f))
     return GoalBelief(

@@ -18,7 +18,8 @@ Comma-separated lines, `#` comments and empty lines anywhere, in this order:
 
 Lines of goal, aim and out_of_reach are left out for the tabletop, which knows its own
 (domain.TABLETOP). Rows that are missing were never tried. The same row may come from several
-sources: counts add up.
+sources: counts add up. Names are words of one line, without spaces around them; an object is not
+called `end`, nor does its name begin with `#`.
 """
 
 from __future__ import annotations
@@ -26,7 +27,8 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterator
+import unicodedata
+from collections.abc import Iterator, Mapping
 from importlib import resources
 from pathlib import Path
 
@@ -37,6 +39,9 @@ from likeme_inference.tabletop.spaces import Domain
 FORMAT = ['likeme_transition_model', '1']
 
 Line = tuple[int, list[str]]
+_END_OF_FILE = ['(end of file)']
+#: Digits of a count: with more, not every whole number is a double.
+_COUNT = re.compile('[0-9]{1,15}')
 
 
 class ModelFileError(ValueError):
@@ -56,7 +61,7 @@ def load(path: Path) -> RobotModel:
         ModelFileError: with file, line number and reason.
     """
     try:
-        return parse(path.read_text(encoding='utf-8'))
+        return parse(path.read_text(encoding='utf-8-sig'))
     except OSError as error:
         raise ModelFileError(f'{path}: {error.strerror}.') from error
     except UnicodeDecodeError as error:
@@ -90,14 +95,26 @@ def load_tabletop(path: Path) -> RobotModel:
 
 
 def save(model: RobotModel, path: Path) -> None:
-    """Write a model file whole or not at all: a reader never sees half of it."""
+    """Write a model file whole or not at all: a reader never sees half of it.
+
+    Raises:
+        ModelFileError: see `format_model`.
+    """
+    text = format_model(model)
     part = path.with_name(path.name + '.part')
-    part.write_text(format_model(model), encoding='utf-8')
-    part.replace(path)
+    try:
+        part.write_text(text, encoding='utf-8')
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def format_model(model: RobotModel) -> str:
-    """Write a model as the text of its file; `parse` gives it back."""
+    """Write a model as the text of its file; `parse` gives it back.
+
+    Raises:
+        ModelFileError: a name that the format cannot hold, or no source.
+    """
     text = io.StringIO()
     out = csv.writer(text, lineterminator='\n')
     out.writerows([FORMAT, ['name', model.name], ['version', model.version]])
@@ -114,7 +131,23 @@ def format_model(model: RobotModel) -> str:
         for row in model.rows
     )
     out.writerow(['end', len(model.rows), sum(sum(row.counts) for row in model.rows)])
+    _check_whole(model, text.getvalue())
     return text.getvalue()
+
+
+def _check_whole(model: RobotModel, text: str) -> None:
+    """Whatever a name does to the format, what is written is what will be read."""
+    try:
+        text.encode('utf-8')
+        same = parse(text) == model
+    except ValueError:
+        same = False
+    if not same:
+        raise ModelFileError(
+            f'A file cannot hold {model.label!r}: expected a source, and names of one line '
+            'without spaces around them, no object called "end" or with a # in front; got the '
+            f'sources {list(model.sources)} and the objects {list(model.objects)}.'
+        )
 
 
 def parse(text: str) -> RobotModel:
@@ -139,31 +172,31 @@ def _header(domain: Domain) -> list[str]:
 def _domain(first: Line, lines: Iterator[Line]) -> tuple[Domain, Line]:
     """Read what the rows are about, and the line after it."""
     states, actions = _listed(first, 'states'), _listed(next(lines), 'actions')
-    plain = (states, actions) == (TABLETOP.states, TABLETOP.actions)
-    domain = TABLETOP if plain else Domain(states, actions)
+    known = {'state': dict.fromkeys(states), 'action': dict.fromkeys(actions)}
     goals: dict[str, tuple[str, ...]] = {}
     aims: dict[str, str] = {}
     stuck: set[str] = set()
     for number, fields in lines:
         match fields:
-            case ['goal', goal, *members] if members and goal not in goals:
-                goals[goal] = tuple(members)
+            case ['goal', goal, *members] if members and goal and goal not in goals and not aims:
+                goals[goal] = _all_known(number, members, 'state', known['state'])
             case ['aim', action, goal] if action not in aims:
+                _all_known(number, [action], 'action', known['action'])
+                _all_known(number, [goal], 'goal', goals or known['state'])
                 aims[action] = goal
             case ['out_of_reach', state]:
-                stuck.add(state)
+                stuck.update(_all_known(number, [state], 'state', known['state']))
             case ['goal' | 'aim' | 'out_of_reach', *_]:
                 raise _wrong(
                     number,
                     'expected "goal,NAME,STATE,...", "aim,ACTION,GOAL" or "out_of_reach,STATE", '
-                    f'each name once, got {",".join(fields)!r}',
+                    f'each name once, goals first, got {",".join(fields)!r}',
                 )
             case _:
-                return domain, (number, fields)
-        try:
-            domain = Domain(states, actions, goals, aims, frozenset(stuck))
-        except ValueError as error:
-            raise _wrong(number, str(error).rstrip('.').replace('Expected', 'expected')) from error
+                plain = (states, actions) == (TABLETOP.states, TABLETOP.actions)
+                if plain and not (goals or aims or stuck):
+                    return TABLETOP, (number, fields)
+                return Domain(states, actions, goals, aims, frozenset(stuck)), (number, fields)
     raise AssertionError('The line that says the file ends ends the domain.')
 
 
@@ -177,16 +210,28 @@ def _listed(line: Line, key: str) -> tuple[str, ...]:
     return names
 
 
+def _all_known(
+    number: int, names: list[str], what: str, known: Mapping[str, object]
+) -> tuple[str, ...]:
+    for name in names:
+        if name not in known:
+            raise _wrong(number, f'expected one of the {what}s {", ".join(known)}, got {name!r}')
+    return tuple(names)
+
+
 def _lines(text: str) -> Iterator[Line]:
     """Give the lines that say something with their numbers, at last one for the file's end."""
     number = 0
     for number, line in enumerate(text.splitlines(), start=1):
         if line.strip() and not line.lstrip().startswith('#'):
+            if any(unicodedata.category(c) == 'Cc' for c in line.strip()):
+                raise _wrong(number, f'expected text without control characters, got {line!r}')
             try:
-                yield number, next(csv.reader([line], strict=True, skipinitialspace=True))
+                (fields,) = csv.reader([line], strict=True, skipinitialspace=True)
             except csv.Error as error:
                 raise _wrong(number, f'{error}') from error
-    yield number + 1, ['(end of file)']
+            yield number, [field.strip() for field in fields]
+    yield number + 1, _END_OF_FILE
 
 
 def _wrong(number: int, reason: str) -> ModelFileError:
@@ -228,36 +273,40 @@ def _rows(lines: Iterator[Line], sources: dict[str, str], domain: Domain) -> Ite
     """Read all rows of counts; the end line must agree with them, and nothing may follow it."""
     seen: dict[tuple[str, int, int, str], int] = {}
     trials = 0
+    places = [{name: i for i, name in enumerate(n)} for n in (domain.states, domain.actions)]
     for number, fields in lines:
         if fields[0] == 'end':
             _match((number, fields), ['end', str(len(seen)), str(trials)])
             break
-        row = _row(number, fields, sources, domain)
+        row = _row(number, fields, sources, *places)
         first = seen.setdefault((row.object, row.x_i, row.action, row.source), number)
         if first != number:
             raise _wrong(number, f'expected each row once, got that of line {first} again')
         trials += sum(row.counts)
         yield row
-    _take(lines, ['(end of file)'])
+    number, fields = next(lines)
+    if fields is not _END_OF_FILE:
+        raise _wrong(number, f'expected the end of the file, got {",".join(fields)!r}')
 
 
-def _row(number: int, fields: list[str], sources: dict[str, str], domain: Domain) -> TrialCounts:
-    if fields == ['(end of file)']:
+def _row(
+    number: int,
+    fields: list[str],
+    sources: Mapping[str, str],
+    states: Mapping[str, int],
+    actions: Mapping[str, int],
+) -> TrialCounts:
+    if fields is _END_OF_FILE:
         raise _wrong(number, 'expected a row or "end,ROWS,TRIALS", but the file stops here')
-    expected = len(_header(domain))
+    expected = len(states) + 4
     if len(fields) != expected or not fields[0]:
         raise _wrong(number, f'expected {expected} fields, got {",".join(fields)!r}')
     if fields[-1] not in sources:
         raise _wrong(number, f'expected one of the sources {sorted(sources)}, got {fields[-1]!r}')
-    x_i = _named(number, fields[1], domain.states)
-    action = _named(number, fields[2], domain.actions)
+    _all_known(number, [fields[1]], 'state', states)
+    _all_known(number, [fields[2]], 'action', actions)
     counts = fields[3:-1]
-    if not all(re.fullmatch('[0-9]{1,9}', count) for count in counts):
+    if not all(_COUNT.fullmatch(count) for count in counts):
         raise _wrong(number, f'expected whole counts of 0 or more, got {",".join(counts)!r}')
-    return TrialCounts(fields[0], x_i, action, tuple(map(int, counts)), fields[-1])
-
-
-def _named(number: int, name: str, names: tuple[str, ...]) -> int:
-    if name not in names:
-        raise _wrong(number, f'expected one of {" ".join(names)}, got {name!r}')
-    return names.index(name)
+    ends = tuple(map(int, counts))
+    return TrialCounts(fields[0], states[fields[1]], actions[fields[2]], ends, fields[-1])

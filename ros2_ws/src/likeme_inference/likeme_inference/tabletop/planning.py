@@ -16,8 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
+from likeme_inference.tabletop.checks import number, sums_to_one
 from likeme_inference.tabletop.goal_inference import TIE
-from likeme_inference.tabletop.transition_model import BoolArray, FloatArray, IntArray
 
 #: What `Plan.action` holds at the goal, out of reach, and where no action can help.
 NO_ACTION = -1
@@ -54,7 +55,7 @@ def plan(
         prefer: of equally good actions the first of these is taken, else the lowest number.
 
     Raises:
-        ValueError: for a negative budget or other shapes.
+        ValueError: for a negative budget, other shapes, rows that do not sum to 1.
     """
     *models, states, actions, _ = transition.shape
     if actions_left < 0:
@@ -65,6 +66,7 @@ def plan(
         raise ValueError(
             f'Expected goal and stuck of shape {(states,)}, got {goal.shape}, {stuck.shape}.'
         )
+    sums_to_one('transition', transition)
     resting = goal | stuck
     reached = goal.astype(np.float64)
     found = qualities(transition, reached[None], resting[None], actions_left)
@@ -72,14 +74,8 @@ def plan(
     quality = np.stack([nothing, *(each[..., 0, :, :] for each in found)], axis=-3)
     quality[..., 1:, resting, :] = reached[resting, None]
     best = quality.max(axis=-1)
-    # Among equals (within rounding) the one that ranks first.
-    ties = quality >= best[..., None] - TIE
-    first = np.where(ties, _rank(actions, prefer), actions).argmin(axis=-1)
-    return Plan(
-        np.where(resting, reached, best),
-        quality,
-        np.where(resting | (best <= 0), NO_ACTION, first),
-    )
+    action = best_actions(quality, rank(actions, prefer))
+    return Plan(np.where(resting, reached, best), quality, np.where(resting, NO_ACTION, action))
 
 
 def qualities(
@@ -122,7 +118,7 @@ def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatA
     if actions >= best.value.shape[-2]:
         raise ValueError(f'Expected at most {best.value.shape[-2] - 1} actions, got {actions}.')
     where = np.zeros((*worlds, actions + 1, states))
-    where[..., 0, x_i] = 1.0
+    where[..., 0, number('x_i', x_i, states)] = 1.0
     for n in range(actions):
         chosen = np.broadcast_to(best.action[..., actions - n, :], (*worlds, states))
         index = chosen.clip(min=0)[..., None, None]
@@ -135,9 +131,26 @@ def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatA
     return where
 
 
-def _rank(actions: int, prefer: tuple[int, ...]) -> IntArray:
-    """Position of each action in the order in which ties are decided."""
+def best_actions(quality: FloatArray, order: IntArray) -> IntArray:
+    """The best of the actions along the last axis; NO_ACTION where none has any quality.
+
+    order: position of each action among equals (within rounding), broadcasts to the quality.
+    """
+    best = quality.max(axis=-1, keepdims=True)
+    ties = quality >= best * (1 - TIE)
+    first = np.where(ties, order, quality.shape[-1]).argmin(axis=-1)
+    return np.where(best[..., 0] > 0, first, NO_ACTION)
+
+
+def rank(actions: int, prefer: tuple[int, ...]) -> IntArray:
+    """Position of each action in the order in which ties are decided, shape [a].
+
+    Raises:
+        ValueError: `prefer` names an action twice, or one that there is not.
+    """
+    if len(set(prefer)) < len(prefer) or not set(prefer) <= set(range(actions)):
+        raise ValueError(f'Expected some of {actions} actions, each once, got {prefer}.')
     order = [*prefer, *(a for a in range(actions) if a not in prefer)]
-    rank = np.empty(actions, dtype=np.int64)
-    rank[order] = np.arange(actions)
-    return rank
+    position = np.empty(actions, dtype=np.int64)
+    position[order] = np.arange(actions)
+    return position

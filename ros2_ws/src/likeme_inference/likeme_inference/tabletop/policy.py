@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.goal_inference import direct_policy, normalised, reach
-from likeme_inference.tabletop.transition_model import FloatArray
 
 
 def reinforced(policy: FloatArray, x_i: int, g: int, a: int, step: float) -> FloatArray:
@@ -30,12 +31,13 @@ def reinforced(policy: FloatArray, x_i: int, g: int, a: int, step: float) -> Flo
         step: from 0 (nothing learned) to 1 (only the last success counts).
 
     Raises:
-        ValueError: for a step outside 0 to 1.
+        ValueError: for a step outside 0 to 1; no such state, goal or action.
     """
-    if not 0 <= step <= 1:
-        raise ValueError(f'Expected a step from 0 to 1, got {step:g}.')
+    _check_step(step)
+    states, goals, actions = policy.shape
     policy = policy.copy()
-    row = policy[x_i, g]
+    row = policy[number('x_i', x_i, states), number('g', g, goals)]
+    a = number('a', a, actions)
     weight = step if row.any() else 1.0
     row *= 1 - weight
     row[a] += weight
@@ -78,7 +80,11 @@ def explore(
 
     Returns:
         The policy before and after every round, shape [trials + 1, x_i, g, a].
+
+    Raises:
+        ValueError: for a step outside 0 to 1.
     """
+    _check_step(step)
     direct, success = direct_policy(model, goals), reach(world, goals)
     policies = np.empty((trials + 1, *direct.shape))
     policies[0] = direct
@@ -92,3 +98,8 @@ def explore(
         chosen = (np.arange(direct.shape[-1]) == a).astype(np.float64)
         policies[k + 1] = policies[k] + step * reached * (chosen - policies[k])
     return policies
+
+
+def _check_step(step: float) -> None:
+    if not 0 <= step <= 1:
+        raise ValueError(f'Expected a step from 0 to 1, got {step:g}.')

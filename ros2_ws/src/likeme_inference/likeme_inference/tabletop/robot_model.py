@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -11,11 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.shared_prior import fitted, shared_prior
 from likeme_inference.tabletop.spaces import Domain
-from likeme_inference.tabletop.transition_model import FloatArray, TransitionModel
+from likeme_inference.tabletop.transition_model import TransitionModel
 
 
 class TrialCounts(NamedTuple):
@@ -53,6 +55,9 @@ class RobotModel:
     )
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, 'rows', tuple(self.rows))
+        for row in self.rows:
+            self._check(row)
         keys = Counter((row.object, row.x_i, row.action, row.source) for row in self.rows)
         twice = next((key for key, n in keys.items() if n > 1), None)
         if twice is not None:
@@ -63,6 +68,18 @@ class RobotModel:
                 f'Expected one of the sources {sorted(self.sources)}, got {nowhere.source!r}.'
             )
         object.__setattr__(self, 'sources', MappingProxyType(dict(self.sources)))
+
+    def _check(self, row: TrialCounts) -> None:
+        states, actions, _ = self.domain.shape
+        number('x_i', row.x_i, states)
+        number('action', row.action, actions)
+        whole = all(isinstance(n, (int, np.integer)) and n >= 0 for n in row.counts)
+        if len(row.counts) != states or not whole:
+            raise ValueError(f'Expected {states} whole counts of 0 or more, got {row.counts}.')
+
+    def __reduce__(self) -> tuple[type[RobotModel], tuple[object, ...]]:
+        """Pickle by the arguments: views of mappings cannot be."""
+        return RobotModel, (self.name, self.version, dict(self.sources), self.rows, self.domain)
 
     @property
     def label(self) -> str:
@@ -116,7 +133,7 @@ class RobotModel:
     def goal_model(
         self,
         name: str,
-        goal_prior: tuple[float, ...] | None = None,
+        goal_prior: Sequence[float] | None = None,
         policy: Policy = Policy.DIRECT,
         concentration: float = 0.0,
         shared: bool = False,
@@ -131,8 +148,10 @@ class RobotModel:
             shared: see `counted`.
 
         Raises:
-            ValueError: see `counted`.
+            ValueError: see `counted`; no such policy, no such prior.
         """
+        policy = Policy(policy)
+        goal_prior = None if goal_prior is None else tuple(goal_prior)
         key = name, goal_prior, policy, concentration, shared
         if key not in self._goal_models:
             self._goal_models[key] = GoalModel.of(

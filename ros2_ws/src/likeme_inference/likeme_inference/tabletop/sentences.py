@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from likeme_inference.tabletop.action_selection import Choice, Kind
+from likeme_inference.tabletop.action_selection import Choice, Kind, asks
 from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.values import Actor, Decision, Demonstration, Motion, Result
 
@@ -32,9 +32,9 @@ def decision(
     if mode is Mode.SEQUENTIAL:
         return _planned(here, best, works, choice, threshold)
     if choice.kind is Kind.ASK_HUMAN:
-        below = choice.predicted_success < threshold
-        why = f'below {threshold:.2f}' if below else 'but it is out of my reach'
-        return f'{here}; my best action, {best}, {works}, {why}: I ask.'
+        if not asks(choice.predicted_success, threshold):
+            return f'{here}, and I know no action that takes it there: I ask.'
+        return f'{here}; my best action, {best}, {works}, below {_exact(threshold)}: I ask.'
     if mode is Mode.TRAJECTORY:
         return f'{here}: I copy what I saw, {best}, which {works}.'
     return f'{here}: my best action is {best}, which {works}.'
@@ -47,10 +47,15 @@ def _planned(here: str, best: str, works: str, choice: Choice, threshold: float)
         return f'{here}, and my actions are spent: I ask.'
     with_all = f'with {left} action{"s" * (left > 1)} I get there with p = {choice.plan_value:.2f}'
     if choice.kind is Kind.ASK_HUMAN:
-        below = choice.plan_value < threshold
-        why = f'below {threshold:.2f}' if below else 'but it is out of my reach'
-        return f'{here}; {with_all}, {why}: I ask.'
+        if not asks(choice.plan_value, threshold):
+            return f'{here}, and I know no action that takes it there: I ask.'
+        return f'{here}; {with_all}, below {_exact(threshold)}: I ask.'
     return f'{here}: I begin with {best}, which {works}; {with_all}.'
+
+
+def _exact(threshold: float) -> str:
+    rounded = f'{threshold:.2f}'
+    return rounded if float(rounded) == threshold else f'{threshold:g}'
 
 
 def question(name: str, x_i: State, goal: State, action: Action, predicted: float) -> str:

@@ -55,6 +55,11 @@ class Domain:
     def __hash__(self) -> int:
         return hash(self._key)
 
+    def __reduce__(self) -> tuple[type[Domain], tuple[object, ...]]:
+        """Pickle by the arguments: views of mappings cannot be."""
+        goals, aims = dict(self.goals), dict(self.aims)
+        return Domain, (self.states, self.actions, goals, aims, self.out_of_reach)
+
     @cached_property
     def _key(self) -> tuple[object, ...]:
         goals, aims = tuple(self.goals.items()), frozenset(self.aims.items())
@@ -69,15 +74,20 @@ class Domain:
     def goal_matrix(self) -> NDArray[np.float64]:
         """Which states fulfil which goals: 1 or 0, shape [g, x_f], read-only."""
         matrix = np.array(
-            [[float(s in fulfilling) for s in self.states] for fulfilling in self.goals.values()]
+            [
+                [float(s in fulfilling) for s in self.states]
+                for fulfilling in map(frozenset, self.goals.values())
+            ]
         )
         matrix.flags.writeable = False
         return matrix
 
     @cached_property
     def stuck(self) -> NDArray[np.bool_]:
-        """Whether a state is out of reach, shape [x]."""
-        return np.array([state in self.out_of_reach for state in self.states])
+        """Whether a state is out of reach, shape [x], read-only."""
+        stuck = np.array([state in self.out_of_reach for state in self.states])
+        stuck.flags.writeable = False
+        return stuck
 
     @cached_property
     def aimed(self) -> tuple[tuple[int, ...], ...]:

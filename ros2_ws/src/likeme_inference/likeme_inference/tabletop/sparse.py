@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 
+from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.checks import number, sums_to_one, table
 from likeme_inference.tabletop.goal_inference import normalised
-from likeme_inference.tabletop.transition_model import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,14 +47,14 @@ class SparseGoalModel:
         rows, states = counts.shape
         if rows != states * actions:
             raise ValueError(f'Expected {states * actions} rows, got {rows}.')
-        least = min(prior, counts.data.min(initial=0))
-        if least < 0:
-            raise ValueError(f'Expected counts and prior of 0 or more, got {least}.')
+        table(
+            'counts and prior', np.append(counts.data, prior).astype(np.float64), (counts.nnz + 1,)
+        )
         total = np.asarray(counts.sum(axis=1), dtype=np.float64) + prior * states
         known = total > 0
         scale = np.divide(1.0, total, out=np.zeros_like(total), where=known)
         background = np.where(known, prior * scale, 1.0 / states)
-        trial = sparse.csr_array(counts, dtype=np.float64)
+        trial = sparse.csr_array(counts, dtype=np.float64, copy=True)
         trial.data *= np.repeat(scale, np.diff(trial.indptr))
         return cls(trial, background, actions)
 
@@ -64,11 +65,13 @@ class SparseGoalModel:
 
     def predict(self, x_i: int, a: int) -> FloatArray:
         """P(X_f | x_i, A = a), shape [x_f]."""
-        row = x_i * self.actions + a
-        return np.asarray(self._rows(x_i)[[a]].toarray()[0] + self.background[row])
+        a = number('a', a, self.actions)
+        rows, background = self._rows(x_i), self._background(x_i)
+        return np.asarray(rows[[a]].toarray()[0] + background[a])
 
     def success(self, x_i: int, x_f: int) -> FloatArray:
         """P(x_f | x_i, A) of every action, shape [a]."""
+        x_f = number('x_f', x_f, self.states)
         column = self._rows(x_i)[:, [x_f]].toarray()[:, 0]
         return np.asarray(column + self._background(x_i))
 
@@ -87,11 +90,16 @@ class SparseGoalModel:
         joint = rows.T @ reached + background @ reached
         total = rows.T @ np.ones(self.actions) + background.sum()
         likelihood = np.divide(joint, total, out=np.zeros_like(joint), where=total > 0)
-        p_goal = np.full(self.states, 1 / self.states) if prior is None else np.asarray(prior)
+        p_goal = np.full(self.states, 1 / self.states)
+        if prior is not None:
+            p_goal = np.asarray(prior, dtype=np.float64)
+            table('prior', p_goal, (self.states,))
+            sums_to_one('prior', p_goal)
         return normalised(p_goal * likelihood, p_goal)
 
     def value(self, goal: int, actions_left: int) -> FloatArray:
         """V_k of planning.plan for one goal, shape [actions_left + 1, x]."""
+        goal = number('goal', goal, self.states)
         value = np.zeros((actions_left + 1, self.states))
         value[:, goal] = 1.0
         for k in range(1, actions_left + 1):
@@ -102,7 +110,7 @@ class SparseGoalModel:
 
     def _rows(self, x_i: int) -> sparse.csr_array:
         """trial of one initial state, shape [a, x_f]."""
-        begin = x_i * self.actions
+        begin = number('x_i', x_i, self.states) * self.actions
         return self.trial[begin : begin + self.actions]
 
     def _background(self, x_i: int) -> FloatArray:

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
+from likeme_inference.tabletop.checks import number
+
+#: Up to here every whole number is a double.
+MOST = 2**53
 
 
 def maximum_likelihood(counts: ArrayLike) -> FloatArray:
@@ -51,12 +53,19 @@ class TransitionModel:
             raise ValueError(
                 f'Expected whole counts of 0 or more, got {counts.dtype} down to {counts.min()}.'
             )
-        counts = counts.astype(np.int64)
-        counts.flags.writeable = False
-        object.__setattr__(self, 'counts', counts)
-        prior = np.asarray(self.prior, dtype=np.float64)
-        if not np.isfinite(prior).all() or prior.min(initial=0) < 0:
-            raise ValueError(f'Expected pseudo-counts of 0 or more, got {prior.tolist()}.')
+        if counts.sum(dtype=np.float64) > MOST:
+            raise ValueError(f'Expected at most 2^53 trials, got {counts.sum(dtype=np.float64)}.')
+        prior = np.array(self.prior, dtype=np.float64)
+        if not (prior >= 0).all() or prior.max(initial=0) > MOST:
+            raise ValueError(f'Expected pseudo-counts from 0 to 2^53, got {prior.tolist()}.')
+        if not _broadcasts(prior.shape, counts.shape):
+            raise ValueError(
+                f'Expected a prior that broadcasts to {counts.shape}, got {prior.shape}.'
+            )
+        # Numbers of its own, which no caller can change afterwards.
+        for name, array in (('counts', counts.astype(np.int64)), ('prior', prior)):
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
 
     @classmethod
     def untried(
@@ -100,13 +109,11 @@ class TransitionModel:
             ValueError: numbers that are no state or action, or less than one trial.
         """
         states, actions, _ = self.counts.shape
-        for what, value, size in (('x_i', x_i, states), ('a', a, actions), ('x_f', x_f, states)):
-            if not 0 <= value < size:
-                raise ValueError(f'Expected {what} from 0 to {size - 1}, got {value}.')
-        if times < 1:
+        at = number('x_i', x_i, states), number('a', a, actions), number('x_f', x_f, states)
+        if not isinstance(times, (int, np.integer)) or times < 1:
             raise ValueError(f'Expected at least 1 trial, got {times}.')
         counts = self.counts.copy()
-        counts[x_i, a, x_f] += times
+        counts[at] += times
         return TransitionModel(counts, self.prior)
 
     def merge(self, other: TransitionModel) -> TransitionModel:
@@ -122,3 +129,8 @@ class TransitionModel:
         if not np.array_equal(other.prior, self.prior):
             raise ValueError(f'Expected the prior {self.prior}, got {other.prior}.')
         return TransitionModel(self.counts + other.counts, self.prior)
+
+
+def _broadcasts(shape: tuple[int, ...], to: tuple[int, ...]) -> bool:
+    ends = zip(shape[::-1], to[::-1], strict=False)
+    return len(shape) <= len(to) and all(n in (1, m) for n, m in ends)
