@@ -64,7 +64,7 @@ def test_a_key_names_the_same_trial_for_ever() -> None:
     assert len({key.seed(1), key.seed(2), key.seed(1, attempt=1), others[2].seed(1)}) == 4
 
 
-@pytest.mark.parametrize('name', ['', 'two\nlines', 'x' * 101])
+@pytest.mark.parametrize('name', ['', 'two\nlines', 'x' * 101, ' pear', '#1', 'end'])
 def test_names_that_would_not_survive_are_refused(name: str) -> None:
     with pytest.raises(ValueError, match='Expected a name'):
         TrialKey(name, 'campaign', PEAR, 0)

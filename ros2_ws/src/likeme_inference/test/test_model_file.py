@@ -142,7 +142,7 @@ def test_the_shipped_model_names_its_source() -> None:
         ('object,x_i', 'goal,TIDY,UP\nobject,x_i', "line 10: expected one of the states .*'UP'"),
         ('object,x_i', 'aim,PULL,LEFT\nobject,x_i', "line 10: expected one of the act.*'PULL'"),
         ('object,x_i', 'x_i,object', "line 10: expected 'object,x_i"),
-        ('pear,LEFT,PUSH_RIGHT,1', 'pear,UP,PUSH_RIGHT,1', "line 11: expected one of the states.*'UP'"),
+        ('pear,LEFT,PUSH_RIGHT,1', 'pear,UP,PUSH_RIGHT,1', "line 11: expected one of .*'UP'"),
         ('PUSH_RIGHT,1,8', 'PULL,1,8', "line 11: expected one of the actions .*'PULL'"),
         ('1,8,1,a', '1,-8,1,a', "line 11: expected whole counts of 0 or more, got '1,-8,1'"),
         ('1,8,1,a', '1,0.8,1,a', "line 11: expected whole counts of 0 or more, got '1,0.8,1'"),

@@ -60,9 +60,12 @@ class TrialKey:
 
     def __post_init__(self) -> None:
         for name in (self.robot, self.campaign, self.pair.object):
-            if not name or len(name) > 100 or not name.isprintable():
+            printable = 0 < len(name) <= 100 and name.isprintable() and name == name.strip()
+            # Text files of trials and models say something else by these.
+            if not printable or name.startswith('#') or name == 'end':
                 raise ValueError(
-                    f'Expected a name of 1 to 100 printable characters, got {name!r}.'
+                    'Expected a name of 1 to 100 printable characters, without spaces around it '
+                    f'or a # in front, and not "end", got {name!r}.'
                 )
         if self.repetition < 0:
             raise ValueError(f'Expected a repetition of 0 or more, got {self.repetition}.')
