@@ -40,7 +40,8 @@ if [[ -f $here/../benchmarks/${name}_peers.py ]]; then
   if ! sha256sum --status --check "$state" 2>/dev/null; then
     "$LIKEME_VENV/uv/bin/uv" pip install -q --python "$LIKEME_VENV/bin/python" --no-deps \
       --require-hashes -r "$lock" || { echo "bench.sh: could not install benchmarks/peers.lock." >&2; exit 1; }
-    sha256sum "$lock" >"$state"
+    # A new requirements.lock takes away what it does not name.
+    sha256sum "$lock" "$LIKEME_ROOT/requirements.lock" >"$state"
   fi
 fi
 exec "$here/run.sh" python "$file" "$@"
