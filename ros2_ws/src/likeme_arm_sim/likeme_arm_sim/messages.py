@@ -47,7 +47,9 @@ def parameter_descriptor(setting: Setting) -> ParameterDescriptor:
     if isinstance(setting.default, int):
         descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
     else:
-        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(low), to_value=float(high))
+        ]
     return descriptor
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -141,6 +142,12 @@ class InferenceNode(Node):
             self._begin_anew(values['replayed'])
         if self._proposed_model is not None:
             self._session.model, self._proposed_model = self._proposed_model, None
+            model, place = self._session.model, values['model_file']
+            self.get_logger().info(
+                f'I know {", ".join(model.objects)} from {model.label}, '
+                + (str(Path(place).expanduser().absolute()) if place else 'which is shipped')
+                + '.'
+            )
 
     def _begin_anew(self, replayed: bool) -> None:
         self._session = ImitationSession(self._session.model, self._session.settings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Callable
 from typing import Any
 
@@ -30,7 +31,9 @@ class NodeParameters:
         """
         self._node, self._judge, self._take_up = node, judge, take_up
         for name, number in NUMBERS.items():
-            span = FloatingPointRange(from_value=number.least, to_value=number.greatest)
+            # A whole number would be sent as the bits of one.
+            least, greatest = float(number.least), float(number.greatest)
+            span = FloatingPointRange(from_value=least, to_value=greatest)
             descriptor = ParameterDescriptor(
                 description=number.description, floating_point_range=[span]
             )
@@ -59,5 +62,10 @@ class NodeParameters:
 
     def _apply(self, parameters: list[Parameter]) -> None:
         self._take_up(self.values(), {p.name for p in parameters})
-        changed = ', '.join(f'{p.name} = {p.value!r}' for p in parameters)
+        changed = ', '.join(f'{p.name} = {_plain(p.value)!r}' for p in parameters)
         self._node.get_logger().info(f'From the next decision on: {changed}.')
+
+
+def _plain(value: Any) -> Any:
+    """Arrays as lists, as people write them."""
+    return list(value) if isinstance(value, (array, tuple)) else value

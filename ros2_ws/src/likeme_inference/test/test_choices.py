@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks, choose
-from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, State
+from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, Policy, State
 from likeme_inference.tabletop.goal_inference import goal_posterior, map_goal, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 PEAR = shipped().goal_model('pear')
-UNTRIED = GoalModel.of(TransitionModel.untried(3, 6).transition)
+UNTRIED = GoalModel.of(TransitionModel.untried(3, 6), TABLETOP)
 L, R, O = State  # noqa: E741
 
 
@@ -144,6 +144,33 @@ def test_one_who_never_slips_wants_what_came_of_it() -> None:
     assert like_me.goal_posterior(L, O) == pytest.approx([0.2038, 0.0124, 0.7838], abs=5e-5)
     assert like_them.goal_posterior(L, O).tolist() == [0, 0, 1]
     assert np.array_equal(like_them.policy, like_me.policy)
+
+
+def test_a_world_without_names_has_nothing_out_of_reach() -> None:
+    nameless = GoalModel.of(PEAR.transition)
+
+    assert make(nameless, O, R, Mode.SEQUENTIAL).plan_value == 0
+    assert not nameless.stuck.any()
+    with pytest.raises(ValueError, match=r'shape \(3, 6, 3\), as the domain has it, got'):
+        GoalModel.of(np.eye(3)[:, None], TABLETOP)
+
+
+def test_words_stand_for_modes_and_policies() -> None:
+    for mode in Mode:
+        assert make(PEAR, R, L, str(mode)) == make(PEAR, R, L, mode)  # type: ignore[arg-type]
+    robot = shipped()
+    explored = robot.goal_model('pear', policy='explored')  # type: ignore[arg-type]
+    assert explored is robot.goal_model('pear', policy=Policy.EXPLORED)
+    assert not np.array_equal(explored.policy, PEAR.policy)
+    with pytest.raises(ValueError, match='nonsense'):
+        make(PEAR, R, L, 'nonsense')  # type: ignore[arg-type]
+
+
+def test_among_equal_goals_one_that_was_fulfilled() -> None:
+    goals = np.array([[1.0, 0, 0, 0], [0, 0, 1, 1]])
+
+    assert map_goal([0.5, 0.5], 3, goals) == 1
+    assert map_goal([0.5, 0.5], 1, goals) == 0
 
 
 def test_a_model_keeps_its_own_numbers() -> None:

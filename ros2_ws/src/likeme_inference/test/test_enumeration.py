@@ -14,7 +14,7 @@ from worlds import World, counts, joint_of, marginal, policy_of, transition_of, 
 from likeme_inference.tabletop.action_selection import choose
 from likeme_inference.tabletop.arrays import IntArray
 from likeme_inference.tabletop.dirichlet import sample_transitions
-from likeme_inference.tabletop.domain import Action, Mode, State
+from likeme_inference.tabletop.domain import TABLETOP, Action, Mode, State
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
     goal_posterior,
@@ -145,7 +145,7 @@ def test_sparse_models_say_the_same(n: IntArray, alpha: float, data: st.DataObje
 def test_choice_matches_the_joint(n: IntArray, x: State, g: State) -> None:
     p = transition_of(n)
     policy = policy_of(p, np.eye(3), n.shape)
-    model = GoalModel.of(maximum_likelihood(n))
+    model = GoalModel.of(maximum_likelihood(n), TABLETOP)
 
     made = choose(model, x, g, Action.PUSH_LEFT, Mode.INTERACTIVE, 0.5)
 

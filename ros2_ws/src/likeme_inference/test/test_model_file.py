@@ -85,13 +85,11 @@ def test_any_world_of_names(tmp_path: Path) -> None:
     pan, tip = kitchen.domain.state('pan'), kitchen.domain.action('tip')
     egg = kitchen.goal_model('egg')
     assert egg.success(pan, kitchen.domain.goal('served')).tolist() == [0.25, 0.7]
-    made = choose(egg, pan, 0, None, Mode.INTERACTIVE, 0.5, domain=kitchen.domain)
+    made = choose(egg, pan, 0, None, Mode.INTERACTIVE, 0.5)
     assert (made.kind, made.action, made.predicted_success) == (Kind.EXECUTE, tip, 0.7)
-    fallen = choose(egg, 3, 0, None, Mode.SEQUENTIAL, 0.5, 3, kitchen.domain)
+    fallen = choose(egg, 3, 0, None, Mode.SEQUENTIAL, 0.5, 3)
     assert (fallen.kind, fallen.plan_value) == (Kind.ASK_HUMAN, 0)
-    assert (
-        choose(egg, 0, 1, None, Mode.GOAL_BASED, 0.5, domain=kitchen.domain).kind is Kind.AT_GOAL
-    )
+    assert choose(egg, 0, 1, None, Mode.GOAL_BASED, 0.5).kind is Kind.AT_GOAL
 
 
 @pytest.mark.parametrize(
@@ -99,6 +97,7 @@ def test_any_world_of_names(tmp_path: Path) -> None:
     [
         (KITCHEN, r'expected the states LEFT, RIGHT, .* got board, pan, plate, floor and lift'),
         (GOOD.replace('object,x_i', 'goal,TIDY,LEFT\nobject,x_i'), 'expected no lines goal, aim'),
+        (GOOD.partition('pear')[0] + 'end,0,0', 'expected rows of at least one object, got none'),
     ],
 )
 def test_another_world_is_not_the_tabletop(text: str, message: str, tmp_path: Path) -> None:

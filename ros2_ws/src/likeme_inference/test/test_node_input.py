@@ -8,10 +8,11 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from fakes import Camera, demonstration
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter
 
 from graph import LATCHED, Graph
+from likeme_inference.node_settings import NUMBERS
 from likeme_inference.tabletop.domain import State
 from likeme_inference.tabletop.model_file import format_model, shipped
 from likeme_msgs.msg import Decision, GoalBelief
@@ -56,6 +57,18 @@ def test_bad_demonstrations_are_dropped_counted_and_said_once(tmp_path: Path) ->
             in node.said
         )
         assert len(beliefs) == 1
+
+
+def test_ranges_arrive_as_they_were_meant(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node')
+        request = DescribeParameters.Request(names=list(NUMBERS))
+        told = graph.call(DescribeParameters, 'inference_node/describe_parameters', request)
+
+    spans = [descriptor.floating_point_range[0] for descriptor in told.descriptors]
+    assert [(span.from_value, span.to_value) for span in spans] == [
+        (number.least, number.greatest) for number in NUMBERS.values()
+    ]
 
 
 @pytest.mark.parametrize(

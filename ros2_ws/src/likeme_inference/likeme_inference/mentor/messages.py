@@ -52,7 +52,9 @@ def parameter_descriptor(parameter: Parameter) -> ParameterDescriptor:
     if isinstance(parameter.default, int):
         descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=1)]
     else:
-        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+        descriptor.floating_point_range = [
+            FloatingPointRange(from_value=float(low), to_value=float(high))
+        ]
     return descriptor
 
 

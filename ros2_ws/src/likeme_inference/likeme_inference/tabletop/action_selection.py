@@ -7,11 +7,10 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from likeme_inference.tabletop.checks import number
-from likeme_inference.tabletop.domain import TABLETOP, Mode
+from likeme_inference.tabletop.domain import Mode
 from likeme_inference.tabletop.goal_inference import TIE, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.planning import plan
-from likeme_inference.tabletop.spaces import Domain
 
 
 class Kind(IntEnum):
@@ -68,7 +67,6 @@ def choose(
     mode: Mode,
     threshold: float,
     actions_left: int = 1,
-    domain: Domain = TABLETOP,
 ) -> Choice:
     """Choose what to do with an object seen in x_i that is wanted at the goal.
 
@@ -80,14 +78,13 @@ def choose(
     action, except that trajectory repeats what is within its reach.
 
     Args:
-        model: of the object.
+        model: of the object; ties and reach follow its domain.
         x_i: where it is.
         goal: where it is wanted.
         demonstrated: what trajectory repeats; may be None in the other modes.
         mode: see above.
         threshold: below which interactive and sequential ask.
         actions_left: what sequential may plan with.
-        domain: whose states and actions these are; ties and reach follow it.
 
     Raises:
         ValueError: trajectory without a demonstrated action; no such state, goal, action or mode;
@@ -102,7 +99,7 @@ def choose(
     if mode is Mode.TRAJECTORY and demonstrated is None:
         raise ValueError('Expected the demonstrated action to repeat, got None.')
     posterior, success = model.policy[x_i, goal], model.success(x_i, goal).tolist()
-    planned = _plan(model, x_i, goal, actions_left if mode is Mode.SEQUENTIAL else 1, domain)
+    planned = _plan(model, x_i, goal, actions_left if mode is Mode.SEQUENTIAL else 1)
 
     def chosen(kind: Kind, action: int | None = None, predicted: tuple[float, ...] = ()) -> Choice:
         return Choice(
@@ -113,9 +110,9 @@ def choose(
 
     if model.goals[goal, x_i]:
         return chosen(Kind.AT_GOAL)
-    action, hopeless = demonstrated, bool(domain.stuck[x_i])
+    action, hopeless = demonstrated, bool(model.stuck[x_i])
     if mode is not Mode.TRAJECTORY or action is None:
-        action, hopeless = map_index(posterior, domain.aimed[goal]), planned.value <= 0
+        action, hopeless = map_index(posterior, model.aimed(goal)), planned.value <= 0
         if mode is Mode.SEQUENTIAL and not hopeless:
             action = planned.first
     may_ask = mode in (Mode.INTERACTIVE, Mode.SEQUENTIAL)
@@ -135,13 +132,13 @@ class _Planned(NamedTuple):
     value: float
 
 
-def _plan(model: GoalModel, x_i: int, goal: int, left: int, domain: Domain) -> _Planned:
+def _plan(model: GoalModel, x_i: int, goal: int, left: int) -> _Planned:
     if left == 1:
         # One action needs no iteration: its value is its success.
-        resting = bool(domain.stuck[x_i]) or bool(model.goals[goal, x_i])
+        resting = bool(model.stuck[x_i]) or bool(model.goals[goal, x_i])
         held = (float(model.goals[goal, x_i]),) * model.transition.shape[1]
         success = held if resting else tuple(model.success(x_i, goal).tolist())
-        return _Planned(map_index(success, domain.aimed[goal]), 1, success, max(success))
-    best = plan(model.transition, model.goals[goal] > 0, left, domain.stuck, domain.aimed[goal])
+        return _Planned(map_index(success, model.aimed(goal)), 1, success, max(success))
+    best = plan(model.transition, model.goals[goal] > 0, left, model.stuck, model.aimed(goal))
     quality, value = best.quality[left, x_i].tolist(), float(best.value[left, x_i])
     return _Planned(int(best.action[left, x_i]), left, tuple(quality), value)

@@ -51,6 +51,7 @@ def information_gain(
     Returns:
         Shape [..., x_i, a]; sums over goals and starts. 0 where the robot cannot act.
     """
+    _check_domain(pseudo_counts.shape, domain)
     believed = _qualities(maximum_likelihood(pseudo_counts), budget, domain)
     alpha = pseudo_counts[..., None, :, :, :]
     shape = (*pseudo_counts.shape[:-3], worlds, *pseudo_counts.shape[-3:])
@@ -92,6 +93,7 @@ def help_rate(
     as `planning.plan` and `spread` have it for one: no action where none can help, and ties go to
     the actions meant for the goal. Shape of the other leading axes; 0 where no start is open.
     """
+    _check_domain(model.shape[1:], domain)
     reached, resting = domain.goal_matrix, _resting(domain)
     order = np.array([rank(model.shape[-2], aimed) for aimed in domain.aimed])[:, None]
     world = np.broadcast_to(world, np.broadcast_shapes(model.shape, world.shape))
@@ -102,6 +104,11 @@ def help_rate(
         value = np.where(resting | (taken == NO_ACTION), reached, moved)
     open_ = 1 - value[..., ~resting]
     return np.asarray(open_.mean(axis=(-1, -2)) if open_.size else open_.sum(axis=(-1, -2)))
+
+
+def _check_domain(shape: tuple[int, ...], domain: Domain) -> None:
+    if shape[-3:] != domain.shape:
+        raise ValueError(f'Expected arrays [..., x_i, a, x_f] of {domain.shape}, got {shape}.')
 
 
 def _qualities(transition: FloatArray, budget: int, domain: Domain) -> list[FloatArray]:

@@ -99,6 +99,10 @@ def goal_posterior(
     return np.asarray(joint / total if total > 0 else prior.copy())
 
 
-def map_goal(posterior: ArrayLike, x_f: int) -> int:
-    """Mode of the goal posterior; among equals the state the demonstration ended in."""
-    return map_index(posterior, prefer=(x_f,))
+def map_goal(posterior: ArrayLike, x_f: int, goals: FloatArray | None = None) -> int:
+    """Mode of the goal posterior; among equals a goal that the demonstration fulfilled.
+
+    goals: shape [g, x_f]; None: each state is a goal.
+    """
+    fulfilled = (x_f,) if goals is None else tuple(np.flatnonzero(goals[:, x_f]).tolist())
+    return map_index(posterior, prefer=fulfilled)

@@ -5,14 +5,15 @@ Evidence on a state is either known or soft, and either may be a batch: see evid
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.arrays import BoolArray, FloatArray
 from likeme_inference.tabletop.checks import number, numbers, sums_to_one, table
+from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.evidence import evidence, known, weighed
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
@@ -22,6 +23,11 @@ from likeme_inference.tabletop.goal_inference import (
     reach,
 )
 from likeme_inference.tabletop.policy import explored_policy
+from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.transition_model import TransitionModel
+
+#: The arrays of a GoalModel, by name.
+TABLES = ('transition', 'goals', 'policy', 'prior', 'demonstrator', 'demonstrator_policy')
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +44,8 @@ class GoalModel:
         demonstrator: p(X_f | X_i, A) of the one who is watched, shape [x_i, a', x_f]; their
             actions a' may be others than the robot's. The robot's own is "like me".
         demonstrator_policy: what they do for a goal, shape [x_i, g, a'].
+        domain: what the numbers stand for: decides ties and which states are out of reach. None:
+            nameless states that are goals, none of them out of reach.
     """
 
     transition: FloatArray
@@ -46,14 +54,20 @@ class GoalModel:
     prior: FloatArray
     demonstrator: FloatArray
     demonstrator_policy: FloatArray
+    domain: Domain | None = None
 
     def __post_init__(self) -> None:
-        for name in (field.name for field in fields(self)):
+        for name in TABLES:
             # Numbers of its own, which no caller can change afterwards.
             own = np.array(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, _read_only(own))
         for name, shape in self._shapes().items():
             table(name, getattr(self, name), shape)
+        if self.domain is not None and self.domain.shape != self.transition.shape:
+            raise ValueError(
+                f'Expected transition of shape {self.domain.shape}, as the domain has it, '
+                f'got {self.transition.shape}.'
+            )
         for name in ('transition', 'prior', 'demonstrator'):
             sums_to_one(name, getattr(self, name))
         if not np.isin(self.goals, (0.0, 1.0)).all():
@@ -74,38 +88,55 @@ class GoalModel:
     @classmethod
     def of(
         cls,
-        transition: ArrayLike,
-        goals: ArrayLike | None = None,
+        transition: ArrayLike | TransitionModel,
+        goals: ArrayLike | Domain | None = None,
         prior: ArrayLike | None = None,
-        demonstrator: ArrayLike | None = None,
-        explored: bool = False,
+        demonstrator: ArrayLike | TransitionModel | None = None,
+        policy: Policy = Policy.DIRECT,
     ) -> GoalModel:
         """Build the model on a learned transition (Fig 3c).
 
         Args:
-            transition: shape [x_i, a, x_f].
-            goals: shape [g, x_f]; None: each state is a goal.
+            transition: shape [x_i, a, x_f], or what was learned.
+            goals: the domain whose goals they are; or an array of shape [g, x_f]; None: each
+                state is a goal.
             prior: P(G); None: uniform.
             demonstrator: what their actions do, by which they choose them, too; shape
                 [x_i, a', x_f]. None: the robot's own transition and policy ("like me").
-            explored: policies after goal-based exploration, instead of the direct ones.
+            policy: which of the paper's two variants.
+
+        Raises:
+            ValueError: for tables that do not fit together, or are none of probabilities.
         """
         own = _transition('transition', transition)
         other = own if demonstrator is None else _transition('demonstrator', demonstrator)
-        matrix = np.eye(len(own)) if goals is None else np.asarray(goals, dtype=np.float64)
+        domain = goals if isinstance(goals, Domain) else None
+        given = np.eye(len(own)) if goals is None else goals
+        matrix = np.asarray(given if domain is None else domain.goal_matrix, dtype=np.float64)
         table('goals', matrix, (len(matrix), len(own)))
         if len(other) != len(own):
             raise ValueError(f'Expected a demonstrator of {len(own)} states, got {len(other)}.')
-        make = explored_policy if explored else direct_policy
-        policy = make(own, goals=matrix)
+        make = direct_policy if Policy(policy) is Policy.DIRECT else explored_policy
+        chosen = make(own, goals=matrix)
         return cls(
             own,
             matrix,
-            policy,
+            chosen,
             np.full(len(matrix), 1.0 / len(matrix)) if prior is None else np.asarray(prior),
             other,
-            policy if demonstrator is None else make(other, goals=matrix),
+            chosen if demonstrator is None else make(other, goals=matrix),
+            domain,
         )
+
+    @property
+    def stuck(self) -> BoolArray:
+        """Which states are out of reach, shape [x]."""
+        nowhere = np.zeros(len(self.transition), dtype=bool)
+        return nowhere if self.domain is None else self.domain.stuck
+
+    def aimed(self, g: int) -> tuple[int, ...]:
+        """Actions that are meant for a goal: they come first among equals."""
+        return () if self.domain is None else self.domain.aimed[g]
 
     def predict(self, x_i: ArrayLike, a: ArrayLike) -> FloatArray:
         """P(X_f | x_i, A = a), shape [..., x_f] (Fig 3a, 3f, 8c)."""
@@ -171,8 +202,9 @@ class GoalModel:
         return _read_only(posterior_table(self.demonstrator, self.demonstrator_policy, self.prior))
 
 
-def _transition(what: str, array: ArrayLike) -> FloatArray:
-    own = np.asarray(array, dtype=np.float64)
+def _transition(what: str, given: ArrayLike | TransitionModel) -> FloatArray:
+    learned = given.transition if isinstance(given, TransitionModel) else given
+    own = np.asarray(learned, dtype=np.float64)
     if own.ndim != 3:
         raise ValueError(f'Expected {what} of shape [x_i, a, x_f], got {own.shape}.')
     table(what, own, (len(own), own.shape[1], len(own)))

@@ -54,12 +54,13 @@ def shipped() -> RobotModel:
     return parse(data.read_text(encoding='utf-8'))
 
 
-def load(path: Path) -> RobotModel:
+def load(path: str | Path) -> RobotModel:
     """Read a model file.
 
     Raises:
         ModelFileError: with file, line number and reason.
     """
+    path = Path(path)
     try:
         return parse(path.read_text(encoding='utf-8-sig'))
     except OSError as error:
@@ -72,11 +73,12 @@ def load(path: Path) -> RobotModel:
         raise ModelFileError(f'{path}: {error}') from error
 
 
-def load_tabletop(path: Path) -> RobotModel:
+def load_tabletop(path: str | Path) -> RobotModel:
     """Read a model of the paper's table, for what works there alone.
 
     Raises:
-        ModelFileError: as `load`; or the states, actions, goals, aims or reach are others.
+        ModelFileError: as `load`; or the states, actions, goals, aims or reach are others; or it
+            knows no object.
     """
     model = load(path)
     ours, theirs = TABLETOP, model.domain
@@ -91,16 +93,18 @@ def load_tabletop(path: Path) -> RobotModel:
             f'{path}: expected no lines goal, aim and out_of_reach but those of the tabletop, '
             'which may be left out, got others.'
         )
+    if not model.objects:
+        raise ModelFileError(f'{path}: expected rows of at least one object, got none.')
     return model
 
 
-def save(model: RobotModel, path: Path) -> None:
+def save(model: RobotModel, path: str | Path) -> None:
     """Write a model file whole or not at all: a reader never sees half of it.
 
     Raises:
         ModelFileError: see `format_model`.
     """
-    text = format_model(model)
+    text, path = format_model(model), Path(path)
     part = path.with_name(path.name + '.part')
     try:
         part.write_text(text, encoding='utf-8')
@@ -240,6 +244,8 @@ def _wrong(number: int, reason: str) -> ModelFileError:
 
 def _match(line: Line, expected: list[str]) -> None:
     number, fields = line
+    if fields is _END_OF_FILE:
+        raise _wrong(number, f'expected {",".join(expected)!r}, but the file stops here')
     if fields != expected:
         raise _wrong(number, f'expected {",".join(expected)!r}, got {",".join(fields)!r}')
 

@@ -155,9 +155,6 @@ class RobotModel:
         key = name, goal_prior, policy, concentration, shared
         if key not in self._goal_models:
             self._goal_models[key] = GoalModel.of(
-                self.counted(name, concentration, shared).transition,
-                self.domain.goal_matrix,
-                goal_prior,
-                explored=policy is Policy.EXPLORED,
+                self.counted(name, concentration, shared), self.domain, goal_prior, policy=policy
             )
         return self._goal_models[key]

@@ -85,6 +85,8 @@ def outcome(
     how = f' (the motion ended {motion.name})' if motion else ''
     if result is Result.REACHED:
         return f'The {name} is {goal} now: reached by {who}{how}.'
+    if motion is Motion.HELD:
+        return f'The {name} is {x_f.name}, not {goal}: {who} was stopped on its way.'
     return f'The {name} is {x_f.name}, not {goal}: missed by {who}{how}.'
 
 

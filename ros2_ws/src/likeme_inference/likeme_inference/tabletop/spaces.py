@@ -34,6 +34,9 @@ class Domain:
     def __post_init__(self) -> None:
         object.__setattr__(self, 'states', tuple(self.states))
         object.__setattr__(self, 'actions', tuple(self.actions))
+        for given in (*self.goals.values(), self.out_of_reach, self.states, self.actions):
+            if isinstance(given, str):
+                raise ValueError(f'Expected names in a tuple or a set, got the name {given!r}.')
         goals = {g: tuple(s) for g, s in self.goals.items()} or {s: (s,) for s in self.states}
         object.__setattr__(self, 'goals', MappingProxyType(goals))
         object.__setattr__(self, 'aims', MappingProxyType(dict(self.aims)))
