@@ -65,7 +65,10 @@ def _table1_text(model: RobotModel, result: Table1) -> str:
                 line += f'{value:12.4f} {beside:9}'
             lines.append(line.rstrip())
     lines.append(f'{agree} of {printed} cells as printed.')
-    if model.label == model_file.shipped().label:
+    if model.label != model_file.shipped().label:
+        if agree < printed:
+            lines.append('* another robot, another number.')
+    else:
         manner, name, mode = MISPRINT
         lines.append(
             f'* {name}, {manner.name.lower()}, {mode}: a misprint. The mode does not depend on '
@@ -151,7 +154,8 @@ def _fig8_text(model: RobotModel, cases: list[Case]) -> str:
         f'Fig 8: goals, actions and predictions by {model.label}; the paper: the true goal is the '
         'MAP goal',
         'in all 12, and the robot asks for the pear from RIGHT to LEFT alone.',
-        f'{"object":10}{"shown":18}{"p(G): LEFT RIGHT OFFTABLE":28}{"MAP action":15}{"p(A)":>6}'
+        f'{"":28}{"P(G | x_i, x_f)":28}{"P(A | x_i, g)":21}{"P(X_f = g)":>11}',
+        f'{"object":10}{"shown":18}{"LEFT   RIGHT  OFFTABLE":28}{"its mode":21}'
         f'{"predicted":>11}  asks',
     ]
     for case in cases:
