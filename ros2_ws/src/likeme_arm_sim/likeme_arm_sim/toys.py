@@ -41,11 +41,6 @@ class Toy:
     resting_height: float
 
     @property
-    def length(self) -> float:
-        """Extent along the long axis, m."""
-        return self.size[0]
-
-    @property
     def inertia(self) -> tuple[float, float, float]:
         """Diagonal of the inertia tensor about the origin, kg m^2."""
         x, y, z = (self.physics.mass * radius for radius in self.gyration)

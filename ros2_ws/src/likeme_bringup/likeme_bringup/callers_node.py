@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import Annotated, Any, NamedTuple
 
 import rclpy
 import typer
@@ -30,8 +30,6 @@ PATIENCE = 8.0
 LONGEST = 180.0
 # How often a pending call looks whether its server is still alive, s.
 GLANCE = 0.5
-
-Message = TypeVar('Message')
 
 
 class State(StrEnum):

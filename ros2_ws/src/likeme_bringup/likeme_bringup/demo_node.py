@@ -25,7 +25,6 @@ T = TypeVar('T')
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DONE_BY_HAND = AskHuman.Request.DONE_BY_HAND
 TRY_ANYWAY = AskHuman.Request.TRY_ANYWAY
-SKIP = AskHuman.Request.SKIP
 
 
 class StoryStoppedError(Exception):

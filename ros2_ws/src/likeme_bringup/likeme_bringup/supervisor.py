@@ -113,11 +113,6 @@ class Supervisor:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    @property
-    def pids(self) -> dict[str, int]:
-        """Process ids of the children that run, by name."""
-        return {name: child.process.pid for name, child in self._running.items()}
-
     def say(self, sentence: str) -> None:
         """One line of the supervisor's own."""
         self._write('cell', sentence, '1')
