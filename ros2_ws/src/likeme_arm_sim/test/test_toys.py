@@ -107,6 +107,7 @@ def test_a_nudged_pear_rolls_in_a_curve(table: int) -> None:
 def test_a_chicken_tipped_a_little_falls_back_on_its_base(table: int) -> None:
     toy = TOYS['chicken']
     tipped = bullet.getQuaternionFromEuler((np.radians(20), 0, 0))
-    body = spawn(toy, table, (0.0, 0.0, 0.04), tipped)
+    body = spawn(toy, table, (0.0, 0.0, 0.04))
+    bullet.resetBasePositionAndOrientation(body, (0, 0, 0.04), tipped, physicsClientId=table)
     wait(table, 2.0)
     assert pose(table, body)[1][2, 2] > 0.99

@@ -9,7 +9,6 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import partial
 from os import SEEK_END
 from pathlib import Path
 from types import TracebackType
@@ -138,13 +137,12 @@ class BagWriter:
         storage: str = 'mcap',
         compress: bool | str = True,
         custom: Mapping[str, str] | None = None,
-        level: int = 3,
     ) -> None:
         """Make the folder.
 
-        storage: 'mcap' or 'sqlite3'. compress: MCAP's chunks, by 'zstd' at `level` (or True), or
-        by 'lz4', which is read faster and packs less; sqlite3 has no such thing. custom: goes
-        into metadata.yaml.
+        storage: 'mcap' or 'sqlite3'. compress: MCAP's chunks, by 'zstd' (or True), or by 'lz4',
+        which is read faster and packs less; sqlite3 has no such thing. custom: goes into
+        metadata.yaml.
 
         Raises:
             BagError: the folder exists, or cannot be made.
@@ -168,7 +166,7 @@ class BagWriter:
             raise BagError(str(error)) from None
         file = self._writer.storage
         if compress and isinstance(file, McapWriter):
-            file.compressor = partial(zstd.compress, level=level)
+            file.compressor = zstd.compress
             if compress == 'lz4':
                 file.compression, file.compressor = 'lz4', lz4.frame.compress
 

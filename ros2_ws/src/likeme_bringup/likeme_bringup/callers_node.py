@@ -98,10 +98,10 @@ def caller(network: bool, domain: int) -> Iterator[Node]:
         rclpy.try_shutdown()
 
 
-def call(node: Node, kind: Any, name: str, request: Any, patience: float = PATIENCE) -> Verdict:
+def call(node: Node, kind: Any, name: str, request: Any) -> Verdict:
     """Call a service whose answer has `success` and `message`."""
     client = node.create_client(kind, name)
-    if not client.wait_for_service(timeout_sec=patience):
+    if not client.wait_for_service(timeout_sec=PATIENCE):
         return Verdict(
             3, f'Nobody serves {name} on ROS domain {domain_of(node)}: is the cell running?'
         )
@@ -127,11 +127,11 @@ def answer_of(node: Node, client: Any, future: Any) -> Verdict:
     return Verdict(0 if answer.success else 1, answer.message)
 
 
-def next_table_state(node: Node, patience: float = PATIENCE) -> TableState | None:
+def next_table_state(node: Node) -> TableState | None:
     """The next table state, or None when none comes in time."""
     seen: list[TableState] = []
     subscription = node.create_subscription(TableState, 'table_state', seen.append, 1)
-    deadline = time.monotonic() + patience
+    deadline = time.monotonic() + PATIENCE
     while not seen and time.monotonic() < deadline:
         rclpy.spin_once(node, timeout_sec=GLANCE)
     node.destroy_subscription(subscription)

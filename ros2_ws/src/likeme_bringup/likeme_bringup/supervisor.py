@@ -94,14 +94,13 @@ class Supervisor:
         self,
         children: Sequence[Child],
         out: TextIO | None = None,
-        colour: bool | None = None,
         grace: float = 5.0,
     ) -> None:
         """`grace`: seconds a child has after SIGINT, and again after SIGTERM, before SIGKILL."""
         self.children = tuple(children)
         self.grace = grace
         self._out = sys.stdout if out is None else out
-        self._colour = self._out.isatty() if colour is None else colour
+        self._colour = self._out.isatty()
         self._running: dict[str, _Running] = {}
         self._selector = selectors.DefaultSelector()
         self._ended: list[Ended] = []

@@ -22,9 +22,9 @@ def time_of(stamp: int) -> Any:
     return definitions().make('builtin_interfaces/msg/Time', sec=sec, nanosec=nanosec)
 
 
-def header(stamp: int, frame_id: str = FRAME_ID) -> Any:
-    """A header message."""
-    return definitions().make('std_msgs/msg/Header', stamp=time_of(stamp), frame_id=frame_id)
+def header(stamp: int) -> Any:
+    """A header message in the camera's frame."""
+    return definitions().make('std_msgs/msg/Header', stamp=time_of(stamp), frame_id=FRAME_ID)
 
 
 def frame_records(
