@@ -23,6 +23,7 @@ from likeme_arm_sim.layout import Placement, draw_layout, wanted_states
 from likeme_arm_sim.physics import Physics
 from likeme_arm_sim.primitives import (
     Ending,
+    Look,
     ObjectView,
     Outcome,
     PrimitiveSettings,
@@ -34,7 +35,6 @@ from likeme_arm_sim.scene import Action, Scene, State
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import TIME_STEP, World
 
-Look = Callable[[str], ObjectView | None]
 OnTick = Callable[[], None]
 
 HELD = 'The cell is held: nothing moves until it is resumed.'

@@ -269,8 +269,9 @@ def act(
     """Do one of the six actions to an object where it is perceived now."""
     view = look(name)
     refused = refusal(scene, name, view)
-    if refused is not None or view is None:
-        return refused or Ending(Outcome.OBJECT_NOT_SEEN, f'The {name} is not seen.')
+    if refused is not None:
+        return refused
+    assert view is not None, 'What was never seen is refused.'
     try:
         if action.is_push:
             return push(motion, look, scene, name, view, action.target, s)
