@@ -18,7 +18,7 @@ import numpy as np
 
 import report
 from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import Action, Scene
 from likeme_arm_sim.scene import State as TrueState
 from likeme_perception.config import PerceptionConfig

@@ -7,7 +7,7 @@ import pytest
 
 from likeme_arm_sim import scene
 from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import Action, Scene
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue

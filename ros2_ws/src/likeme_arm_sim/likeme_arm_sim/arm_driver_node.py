@@ -28,8 +28,8 @@ from std_srvs.srv import Trigger
 from likeme_arm_sim import messages
 from likeme_arm_sim.cell import Actor, Cell, MotionResult
 from likeme_arm_sim.driver import Driver
+from likeme_arm_sim.motion import Outcome
 from likeme_arm_sim.node_settings import SETTINGS, cell_settings, driver_settings
-from likeme_arm_sim.primitives import Outcome
 from likeme_arm_sim.scene import Scene
 from likeme_msgs.msg import TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell

@@ -20,17 +20,9 @@ from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.kinematics import Kinematics
 from likeme_arm_sim.layout import Placement, draw_layout, wanted_states
+from likeme_arm_sim.motion import Ending, Look, ObjectView, Outcome
 from likeme_arm_sim.physics import Physics
-from likeme_arm_sim.primitives import (
-    Ending,
-    Look,
-    ObjectView,
-    Outcome,
-    PrimitiveSettings,
-    act,
-    refusal,
-    retreat,
-)
+from likeme_arm_sim.primitives import PrimitiveSettings, act, refusal, retreat
 from likeme_arm_sim.scene import Action, Scene, State
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import TIME_STEP, World

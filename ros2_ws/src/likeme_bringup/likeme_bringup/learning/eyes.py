@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from likeme_arm_sim import scene as sim
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_perception.background import Background
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import Catalogue

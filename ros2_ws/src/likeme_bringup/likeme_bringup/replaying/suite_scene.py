@@ -13,7 +13,7 @@ from typing import Any
 from likeme_arm_sim import scene as cell_scene
 from likeme_arm_sim.cell import Actor, Cell, CellSettings
 from likeme_arm_sim.kinect_noise import KinectNoise
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import Scene
 from likeme_bags.values import Record
 from likeme_bringup.replaying import camera_messages
