@@ -19,7 +19,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from likeme_bringup.start_cell import LAST_DOMAIN
+from likeme_bringup.start_cell import Domain
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -77,9 +77,6 @@ class Verdict(NamedTuple):
 
 Network = Annotated[
     bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
-]
-Domain = Annotated[
-    int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
 ]
 STATE_NAMES = {state.number: state.value for state in State}
 

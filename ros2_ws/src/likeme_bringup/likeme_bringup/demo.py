@@ -22,9 +22,9 @@ from rich.console import Console
 from likeme_bringup import story
 from likeme_bringup.demo_node import DONE_BY_HAND, Operator, StoryStoppedError, play_story
 from likeme_bringup.one_cell import is_free
+from likeme_bringup.processes import die_with_parent, interrupt
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
-from likeme_bringup.supervisor import die_with_parent, interrupt
 from likeme_inference.console_words import read_reply
 from likeme_inference.node_settings import read_model
 from likeme_inference.tabletop.domain import State

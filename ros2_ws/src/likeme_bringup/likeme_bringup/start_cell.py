@@ -68,8 +68,8 @@ class Settings(NamedTuple):
 
 
 DEFAULTS = Settings()
-# The greatest that DDS has ports for.
-LAST_DOMAIN = 232
+# Up to the greatest that DDS has ports for.
+Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
 
 def executable(part: Part) -> tuple[str, str]:
@@ -154,9 +154,7 @@ def start_cell(
             exists=True, dir_okay=False, help='ROS parameter file; config/cell.yaml has all names.'
         ),
     ] = None,
-    domain: Annotated[
-        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-    ] = 0,
+    domain: Domain = 0,
 ) -> None:
     """Start arm driver, perception and inference; Ctrl-C ends them all."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)

@@ -23,7 +23,7 @@ from itertools import islice
 from typing import Any, NamedTuple, cast
 
 from likeme_bringup.learning.trial_cell import make_trial
-from likeme_bringup.supervisor import die_with_parent
+from likeme_bringup.processes import die_with_parent
 from likeme_inference.experience.campaign import Progress
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial, TrialKey

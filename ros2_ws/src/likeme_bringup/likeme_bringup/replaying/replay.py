@@ -16,7 +16,7 @@ from likeme_bags.errors import BagError
 from likeme_bringup.replaying.foreign import adapted, pairs
 from likeme_bringup.replaying.offline import Replayed, replay_offline
 from likeme_bringup.replaying.options import Options
-from likeme_bringup.start_cell import LAST_DOMAIN
+from likeme_bringup.start_cell import Domain
 
 
 def replay(
@@ -64,9 +64,7 @@ def replay(
         bool,
         typer.Option('--running', help='In lockstep: never with nodes of its own.'),
     ] = False,
-    domain: Annotated[
-        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-    ] = 0,
+    domain: Domain = 0,
 ) -> None:  # fmt: skip
     """Replay a recording.
 
