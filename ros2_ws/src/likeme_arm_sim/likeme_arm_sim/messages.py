@@ -22,7 +22,6 @@ from likeme_arm_sim.scene import CameraMount, State
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
-CAMERA_FRAME = 'camera_rgb_optical_frame'
 BASE_FRAME = 'base_link'
 NANOSECONDS = 1_000_000_000
 

@@ -27,8 +27,6 @@ FASTEST = 0.26
 PATIENCE = 10.0
 #: s between looks at what has not come to rest yet.
 GLANCE = 0.2
-#: The frames' frame_id.
-FRAME = 'camera_rgb_optical_frame'
 
 
 class Eyes:
@@ -79,7 +77,9 @@ class Eyes:
         """A new frame, read."""
         images = self._cell.frame()
         stamp, depth = round(self._cell.time * 1e9), depth_in_metres(images.depth_mm)
-        self._table = self._perception.process(RgbdFrame(stamp, FRAME, images.rgb, depth))
+        self._table = self._perception.process(
+            RgbdFrame(stamp, sim.CAMERA_FRAME, images.rgb, depth)
+        )
         self._due = self._cell.time + SHORTEST
         return self._table
 

@@ -10,10 +10,11 @@ from typing import Annotated
 
 import typer
 
+from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.durable import DurableWriter
 from likeme_bags.errors import BagError
 from likeme_bringup.replaying.recording import Recording, summary
-from likeme_bringup.replaying.script import COLOUR, DEPTH, FRAME_DONE, HEARD, INFO
+from likeme_bringup.replaying.script import FRAME_DONE, HEARD
 from likeme_bringup.start_cell import Domain
 
 #: What a replay needs, and what people look at.
