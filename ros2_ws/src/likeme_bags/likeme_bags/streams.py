@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from rosbags.interfaces import Qos
 
 from likeme_bags.errors import BagError, DamagedError
 from likeme_bags.limits import MAX_TOPICS
@@ -161,9 +162,9 @@ def _as_it_is(data: bytes) -> bytes:
     return data
 
 
-def _qos_of(channel: Channel, claim: TopicClaim | None, notes: Notes) -> tuple:  # type: ignore[type-arg]
+def _qos_of(channel: Channel, claim: TopicClaim | None, notes: Notes) -> tuple[Qos, ...]:
     """Offered profiles: metadata.yaml's before the file's, as `ros2 bag play` has it."""
-    found = []
+    found: list[tuple[Qos, ...]] = []
     for written in (claim.qos if claim else '', channel.qos):
         try:
             found.append(profiles(written))
