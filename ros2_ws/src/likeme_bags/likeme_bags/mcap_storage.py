@@ -201,8 +201,8 @@ class McapStorage:
         promised, found = self._layout.message_count, len(self.index)
         if promised is None or promised == found:
             return
-        sentence = f'{self._file.name}: {found} messages found, its statistics say {promised}.'
-        if found < promised:
-            self._notes.loss(About.CHUNKS, sentence)
-        else:
-            self._notes.remark(About.CHUNKS, sentence)
+        tell = self._notes.loss if found < promised else self._notes.remark
+        tell(
+            About.CHUNKS,
+            f'{self._file.name}: {found} messages found, its statistics say {promised}.',
+        )

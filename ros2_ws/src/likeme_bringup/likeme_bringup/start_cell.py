@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
-import yaml
 
 from likeme_bringup.one_cell import AlreadyRunningError, claim
+from likeme_bringup.replaying.settings import read_yaml
 from likeme_bringup.supervisor import Child, Supervisor
 
 
@@ -103,12 +103,9 @@ def parameter_file(path: Path) -> Path:
         typer.BadParameter: it is no YAML, or not laid out as node: ros__parameters: name: value.
     """
     try:
-        nodes = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise typer.BadParameter(
-            f'{path} cannot be read: {reason}', param_hint='--params'
-        ) from None
+        nodes = read_yaml(path)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint='--params') from None
     laid_out = isinstance(nodes, dict) and all(
         isinstance(node, dict) and 'ros__parameters' in node for node in nodes.values()
     )
