@@ -23,8 +23,9 @@ import report
 from likeme_arm_sim.backdrop import cell_background
 from likeme_arm_sim.hand import Posture, hand_parts
 from likeme_arm_sim.kinect import Kinect
+from likeme_arm_sim.kinematics import PANDA_URDF
 from likeme_arm_sim.meshes import Floats
-from likeme_arm_sim.panda import URDF, panda_links
+from likeme_arm_sim.panda import panda_links
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody
 from likeme_arm_sim.scene import CameraMount, Scene
 from likeme_arm_sim.toys import TOYS
@@ -149,7 +150,7 @@ def main() -> None:
     background = cell_background(SCENE)
     renderer, kinect = MeshRenderer(SCENE.camera, background), Kinect(SCENE.camera)
     client = bullet.connect(bullet.DIRECT)
-    body = bullet.loadURDF(str(URDF), useFixedBase=True, physicsClientId=client)
+    body = bullet.loadURDF(str(PANDA_URDF), useFixedBase=True, physicsClientId=client)
     shifts = 0.05 * np.sin(np.arange(FRAMES) / 10)
     with_hand = [toys() + hand(shift) for shift in shifts]
     with_arm = [with_hand[k] + arm(client, body, shift) for k, shift in enumerate(shifts)]

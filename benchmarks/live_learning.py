@@ -24,7 +24,7 @@ from domain_coordinator import domain_id
 
 from likeme_arm_sim.scene import OBJECTS
 from likeme_bringup.learning.campaigns import PolicyName, campaign_of
-from likeme_bringup.supervisor import die_with_parent
+from likeme_bringup.processes import die_with_parent
 from likeme_inference.experience.store import ExperienceStore
 from report import Bar, publish
 

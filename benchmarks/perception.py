@@ -18,15 +18,14 @@ import numpy as np
 
 import report
 from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.primitives import ObjectView
-from likeme_arm_sim.scene import Action, Scene
-from likeme_arm_sim.scene import State as TrueState
+from likeme_arm_sim.motion import ObjectView
+from likeme_arm_sim.scene import Action, Scene, State
+from likeme_bringup.learning.eyes import object_view
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
 from likeme_perception.look import look_at, read_frame, read_intrinsics
 from likeme_perception.observation import Demonstration, Manner, TableObservation
 from likeme_perception.pipeline import TabletopPerception
-from likeme_perception.regions import State
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 
 FRAME_RATE = 30.0
@@ -87,11 +86,7 @@ class Watched:
 
     def look(self, name: str) -> ObjectView | None:
         """What the robot is told about an object."""
-        seen = None if self.table is None else self.table.object(name)
-        if seen is None or seen.shape is None or seen.state is State.UNKNOWN:
-            return None
-        x, y, _ = seen.centroid
-        return ObjectView(x, y, seen.shape.yaw, TrueState(int(seen.state)))
+        return None if self.table is None else object_view(self.table.object(name))
 
     def do(self, actor: Actor, name: str, action: Action) -> None:
         """Act, let everything come to rest, and compare with the truth."""
@@ -116,7 +111,7 @@ class Watched:
         for seen in self.table.objects:
             there = truth[seen.name]
             self._tally.states.append(int(seen.state) == there.state)
-            if seen.visible and there.state != TrueState.OFFTABLE:
+            if seen.visible and there.state != State.OFFTABLE:
                 off = np.hypot(seen.centroid[0] - there.x, seen.centroid[1] - there.y)
                 self._tally.errors.append(float(off) * 1e3)
 

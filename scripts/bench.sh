@@ -11,12 +11,7 @@
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
-case ${1:-} in
-  -h | --help)
-    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
-    exit 0
-    ;;
-esac
+source "$here/help.bash"
 if [[ $# == 0 ]]; then
   cd "$here/../benchmarks"
   for file in *.py; do

@@ -8,11 +8,6 @@ LIKEME_VENV=$LIKEME_ROOT/.venv
 : "${LIKEME_ROS_PREFIX:=/opt/ros/jazzy}"
 export LIKEME_ROOT LIKEME_ROS_PREFIX
 
-# Prints the comment at the top of the calling script.
-likeme_help() {
-  sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$1"
-}
-
 # Prefixes of another workspace or ROS, and packages on PYTHONPATH, would shadow ours.
 unset _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONPATH PYTHONHOME AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH
 

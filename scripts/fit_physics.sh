@@ -16,10 +16,5 @@
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
-case ${1:-} in
-  -h | --help)
-    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
-    exit 0
-    ;;
-esac
+source "$here/help.bash"
 exec "$here/run.sh" python -m likeme_bringup.fit_physics "$@"

@@ -14,11 +14,6 @@
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
-case ${1:-} in
-  -h | --help)
-    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
-    exit 0
-    ;;
-  --options) set -- --help ;;
-esac
+source "$here/help.bash"
+[[ ${1:-} != --options ]] || set -- --help
 exec "$here/run.sh" python -m likeme_perception.look "$@"

@@ -12,12 +12,8 @@
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
-case ${1:-} in
-  '' | -h | --help)
-    sed -n '2,/^[^#]/{s/^# \{0,1\}//p}' "$0"
-    exit 0
-    ;;
-esac
+[[ -n ${1:-} ]] || set -- --help
+source "$here/help.bash"
 "$here/setup.sh"
 source "$here/env.sh"
 command -v -- "$1" >/dev/null || { echo "run.sh: there is no command '$1' here." >&2; exit 127; }

@@ -13,6 +13,7 @@
 
 set -euo pipefail
 umask 022
+source "$(dirname "${BASH_SOURCE[0]}")/help.bash"
 LIKEME_NO_WORKSPACE=1 source "$(dirname "${BASH_SOURCE[0]}")/env.sh"
 cd "$LIKEME_ROOT"
 
@@ -267,7 +268,7 @@ make_workspace() {
 force=
 for argument in "$@"; do
   case $argument in
-    -h | --help) likeme_help "$0"; exit 0 ;;
+    -h | --help) print_help; exit 0 ;;
     --force) force=1 ;;
     *) fail "unknown argument '$argument'; see --help." 2 ;;
   esac

@@ -173,11 +173,19 @@ class Graph:
         self.until(lambda: publisher.get_subscription_count(), 20, f'a subscriber of {topic}')
         return publisher
 
+    def send(self, kind: type, service: str, request: Any, timeout: float = 20) -> Any:
+        """Call a service once it is there; the future of the response."""
+        return self._client(kind, service, timeout).call_async(request)
+
     def call(self, kind: type, service: str, request: Any, timeout: float = 20) -> Any:
         """Call a service once it is there; the response."""
-        client = self.node.create_client(kind, service)
-        self.until(client.service_is_ready, timeout, f'the service {service}')
+        client = self._client(kind, service, timeout)
         future = client.call_async(request)
         self.until(future.done, timeout, f'an answer of {service}')
         self.node.destroy_client(client)
         return future.result()
+
+    def _client(self, kind: type, service: str, timeout: float) -> Any:
+        client = self.node.create_client(kind, service)
+        self.until(client.service_is_ready, timeout, f'the service {service}')
+        return client

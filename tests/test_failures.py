@@ -29,9 +29,7 @@ STILL = 2e-3
 
 def begin(graph: Graph, who: str, name: str, action: int) -> Any:
     """Ask arm or human to act; the future of the answer."""
-    client = graph.node.create_client(ExecuteAction, f'{who}/execute_action')
-    graph.until(client.service_is_ready, 30, f'{who}/execute_action')
-    return client.call_async(Act(object=name, action=action))
+    return graph.send(ExecuteAction, f'{who}/execute_action', Act(object=name, action=action), 30)
 
 
 def act(graph: Graph, who: str, name: str, action: int) -> ExecuteAction.Response:

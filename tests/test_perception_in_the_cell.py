@@ -5,16 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_arm_sim import scene
 from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import Action, Scene
+from likeme_bringup.learning.eyes import Eyes, object_view
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
 from likeme_perception.observation import Demonstration, Manner, TableObservation
-from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.regions import State
-from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 
 FRAME_RATE = 15.0
 
@@ -24,11 +22,8 @@ class Watched:
 
     def __init__(self, seed: int) -> None:
         self.cell = Cell(Scene(), seed)
-        camera = self.cell.scene.camera
-        lens = camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height
-        self.perception = TabletopPerception(
-            PerceptionConfig(background_frames=10), Intrinsics(*lens), load_catalogue()
-        )
+        config = PerceptionConfig(background_frames=10)
+        self._eyes = Eyes(self.cell, config, load_catalogue(), None)
         self.table: TableObservation | None = None
         self.acts: list[Demonstration] = []
         self.seen_while: set[str] = set()
@@ -39,10 +34,7 @@ class Watched:
         if self.cell.time < self._due:
             return
         self._due = self.cell.time + 1 / FRAME_RATE
-        images = self.cell.frame()
-        stamp = round(self.cell.time * 1e9)
-        frame = RgbdFrame(stamp, 'camera', images.rgb, depth_in_metres(images.depth_mm))
-        self.table = self.perception.process(frame)
+        self.table = self._eyes.see()
         self.acts += self.table.demonstrations
         if self.table.hand_in_view:
             self.seen_while.add('hand')
@@ -51,11 +43,7 @@ class Watched:
 
     def look(self, name: str) -> ObjectView | None:
         """What the robot is told about an object."""
-        seen = None if self.table is None else self.table.object(name)
-        if seen is None or seen.shape is None or seen.state is State.UNKNOWN:
-            return None
-        x, y, _ = seen.centroid
-        return ObjectView(x, y, seen.shape.yaw, scene.State(int(seen.state)))
+        return None if self.table is None else object_view(self.table.object(name))
 
     def do(self, actor: Actor, name: str, action: Action) -> None:
         """Act, and let everything come to rest."""

@@ -16,11 +16,11 @@ from std_msgs.msg import Header
 from typer.testing import CliRunner
 
 from graph import LATCHED, Graph, NodeProcess
+from likeme_bags.headers import header_stamp
 from likeme_bags.reading import Bag, open_bag
 from likeme_bringup.replaying.definitions import definitions
 from likeme_bringup.replaying.offline import replay_offline
 from likeme_bringup.replaying.record import app
-from likeme_bringup.replaying.script import header_stamp
 from likeme_msgs.msg import Decision, Demonstration, Outcome, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 

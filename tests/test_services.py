@@ -43,16 +43,11 @@ class LiveCell:
         self.clocks = graph.collect(Clock, '/clock')
         self.decisions = graph.collect(Decision, 'decision', LATCHED)
         self.outcomes = graph.collect(Outcome, 'outcome', LATCHED)
-        self._clients: dict[str, Any] = {}
 
     def begin(self, who: str, name: str, action: int, **fields: Any) -> Any:
         """Ask arm or human to act; the future of the answer."""
-        service = f'{who}/execute_action'
-        if service not in self._clients:
-            self._clients[service] = self.graph.node.create_client(ExecuteAction, service)
-        client = self._clients[service]
-        self.graph.until(client.service_is_ready, 20, service)
-        return client.call_async(Act(object=name, action=action, **fields))
+        request = Act(object=name, action=action, **fields)
+        return self.graph.send(ExecuteAction, f'{who}/execute_action', request)
 
     def act(self, who: str, name: str, action: int, **fields: Any) -> ExecuteAction.Response:
         """Have arm or human act; the answer."""

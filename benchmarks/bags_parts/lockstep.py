@@ -15,11 +15,10 @@ from domain_coordinator import domain_id
 from bags_parts import Effort, Measured
 from likeme_bags.reading import open_bag
 from likeme_bringup.replaying.busy_cores import busy_cores
-from likeme_bringup.replaying.decision_log import Entry
 from likeme_bringup.replaying.foreign import adapted
 from likeme_bringup.replaying.lockstep_node import LockstepNode
+from likeme_bringup.replaying.offline import replayed
 from likeme_bringup.replaying.own_nodes import own_nodes
-from likeme_bringup.replaying.performance import perform
 from likeme_bringup.replaying.script import Script
 from likeme_bringup.replaying.transport import Transport
 from report import Bar
@@ -81,16 +80,13 @@ def lockstep_runs(count: int) -> list[Run]:
 
 def lockstep_log(path: Path, rate: float) -> str:
     """The log of one lockstep run with the nodes that run."""
-    entries: list[Entry] = []
     node = LockstepNode(Transport(rate))
     try:
         node.begin()
         with open_bag(path) as bag:
-            script = Script(adapted({}, {})(bag, None, None))
-            perform(script.steps(), script.live, node, entries.append)
+            return replayed(Script(adapted({}, {})(bag, None, None)), bag, node).log
     finally:
         node.close()
-    return ''.join(f'{entry.line}\n' for entry in entries)
 
 
 def shipped(name: str) -> bytes:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pybullet
 
+from likeme_arm_sim.gripper import OPEN_WIDTH, Gripper
 from likeme_arm_sim.kinematics import (
     ARM_JOINTS,
-    FINGER_JOINTS,
-    GRASP_LINK,
     HOME,
     Kinematics,
     NoSolutionError,
@@ -19,19 +18,14 @@ from likeme_arm_sim.kinematics import (
     Vector,
     load_panda,
 )
+from likeme_arm_sim.paths import Path, travel
 from likeme_arm_sim.physics import GripperPhysics
 from likeme_arm_sim.world import TIME_STEP, Pose
 
 BASE_LINK = 'panda_link0'
 
-# Between the fingers, m.
-OPEN_WIDTH = 0.08
-# Narrower than any toy: closing to less means that nothing is between the fingers, m.
-EMPTY_WIDTH = 0.012
 # Of the joints' position control, per step.
 GAINS = [0.3] * 7
-# Of a finger, from where it shall be: it is there, m.
-OPENED = 0.0005
 # The joints' brakes are that much stronger than their motors.
 BRAKE = 20.0
 # Of a straight line: m between two solutions of inverse kinematics, and m/s^2.
@@ -39,31 +33,6 @@ WAYPOINT_SPACING = 0.02
 LINE_ACCELERATION = 1.2
 # Of a swing, rad/s^2.
 JOINT_ACCELERATION = 6.0
-
-
-class Path(NamedTuple):
-    """Joint waypoints with the distance travelled at each; `complete` when they reach the goal."""
-
-    distance: Vector
-    joints: Vector
-    complete: NoSolutionError | None = None
-
-
-def travel(length: float, speed: float, acceleration: float) -> Vector:
-    """Distance after each control step of a motion that starts and ends at rest, m (or rad).
-
-    The speed rises, stays and falls (trapezoid) and its corners are rounded over 0.1 s, so that
-    nothing jerks.
-    """
-    if length < 1e-9:
-        return np.zeros(1)
-    speed = min(speed, np.sqrt(length * acceleration))
-    ramp, duration = speed / acceleration, length / speed + speed / acceleration
-    time = np.arange(0.0, duration + TIME_STEP, TIME_STEP)
-    velocity = np.clip(np.minimum(time, duration - time) / max(ramp, TIME_STEP), 0.0, 1.0)
-    smooth = np.convolve(velocity, np.hanning(26)[1:-1])
-    distance = np.cumsum(smooth)
-    return np.asarray(distance * (length / distance[-1]))
 
 
 class Arm:
@@ -78,7 +47,7 @@ class Arm:
         gripper: GripperPhysics | None = None,
     ) -> None:
         self._client, self._kinematics, self._tick = client, kinematics, tick
-        self.speed, self._gripper = speed, gripper or GripperPhysics()
+        self.speed = speed
         # In searches swings through free space, which touch nothing, take no time.
         self.swift = False
         self.body = load_panda(client)
@@ -87,15 +56,14 @@ class Arm:
             for joint in range(client.getNumJoints(self.body))
         }
         self._forces = kinematics.max_force.tolist()
-        self._prepare_gripper()
+        self._gripper = Gripper(client, self.body, gripper or GripperPhysics())
         self.reset()
 
     def reset(self) -> None:
         """Put the arm at home with an open gripper: only for setting the table up."""
-        for joint in FINGER_JOINTS:
-            self._client.resetJointState(self.body, joint, OPEN_WIDTH / 2)
+        self._gripper.reset()
         self._jump(HOME)
-        self._command_fingers(OPEN_WIDTH)
+        self._gripper.command(OPEN_WIDTH)
 
     @property
     def joints(self) -> Vector:
@@ -112,8 +80,7 @@ class Arm:
     @property
     def fingers(self) -> tuple[float, float]:
         """How far each finger is from the middle, m."""
-        left, right = self._client.getJointStates(self.body, FINGER_JOINTS)
-        return float(left[0]), float(right[0])
+        return self._gripper.fingers
 
     @property
     def at_home(self) -> bool:
@@ -161,31 +128,31 @@ class Arm:
             NoSolutionError: the line leaves the arm's reach; the arm has gone as far as it can.
         """
         path = self._line(pose)
-        if self.swift and free > 0.0 and path.complete is None:
-            path = self._jumped(path, free)
-        steepest = self._steepest(path)
-        limited = min(speed * self.speed, float(steepest))
+        if self.swift and free > 0.0 and path.failure is None:
+            path = path.after(free)
+            self._jump(path.joints[0])
+        limit = path.greatest_speed(0.9 * self._kinematics.max_velocity)
+        limited = min(speed * self.speed, limit)
         stopped = self._follow(path, travel(path.distance[-1], limited, LINE_ACCELERATION), until)
-        if path.complete is not None and not stopped:
-            raise path.complete
+        if path.failure is not None and not stopped:
+            raise path.failure
         return stopped
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
         """Open the fingers to `width` m; a swift arm does not wait for fingers that are open."""
-        self._command_fingers(width)
-        there = max(abs(finger - width / 2) for finger in self.fingers) < OPENED
-        if not (self.swift and there):
+        self._gripper.command(width)
+        if not (self.swift and self._gripper.there):
             self.wait(0.25)
 
     def close_gripper(self) -> float:
         """Close until the fingers stand still; the width that is left between them, m."""
-        self._command_fingers(0.0)
+        self._gripper.command(0.0)
         self.wait(0.5)
-        return sum(self.fingers)
+        return self._gripper.width
 
     def holding(self) -> bool:
         """Whether something keeps the closed fingers apart: all that a gripper can know."""
-        return self._finger_goal == 0.0 and sum(self.fingers) > EMPTY_WIDTH
+        return self._gripper.holding
 
     def wait(self, seconds: float) -> None:
         """Let time pass."""
@@ -211,13 +178,6 @@ class Arm:
             self._client.resetJointState(self.body, joint, float(angle))
         self._command(joints, np.zeros(7))
 
-    def _jumped(self, path: Path, free: float) -> Path:
-        """Jump over the free beginning of a path; what is left of it."""
-        first = int(np.searchsorted(path.distance, free))
-        first = min(first, len(path.distance) - 2)
-        self._jump(path.joints[first])
-        return Path(path.distance[first:] - path.distance[first], path.joints[first:])
-
     def _line(self, goal: ToolPose) -> Path:
         start, joints = self.tool, self.joints
         turn = (goal.yaw - start.yaw + np.pi) % (2 * np.pi) - np.pi
@@ -238,15 +198,8 @@ class Arm:
             raise failure or NoSolutionError('Expected a line of some length, got none.')
         return Path(np.array(found), np.array(ways), failure)
 
-    def _steepest(self, path: Path) -> float:
-        """The greatest speed along the path that keeps every joint within its limit, m/s."""
-        rates = np.abs(np.diff(path.joints, axis=0)) / np.diff(path.distance)[:, None]
-        return float(np.min(0.9 * self._kinematics.max_velocity / np.maximum(rates.max(0), 1e-6)))
-
     def _follow(self, path: Path, steps: Vector, until: Callable[[], bool] | None) -> bool:
-        targets = np.stack(
-            [np.interp(steps, path.distance, path.joints[:, j]) for j in range(7)], axis=1
-        )
+        targets = path.at(steps)
         velocities = np.gradient(targets, TIME_STEP, axis=0) if len(targets) > 1 else targets * 0
         ways = zip(targets.tolist(), velocities.tolist(), strict=True)
         for index, (target, velocity) in enumerate(ways):
@@ -274,32 +227,3 @@ class Arm:
             positionGains=GAINS,
             physicsClientId=self._client._client,
         )
-
-    def _command_fingers(self, width: float) -> None:
-        self._finger_goal = width
-        for joint in FINGER_JOINTS:
-            self._client.setJointMotorControl2(
-                self.body,
-                joint,
-                pybullet.POSITION_CONTROL,
-                targetPosition=width / 2,
-                force=self._gripper.force,
-                maxVelocity=self._gripper.speed,
-            )
-
-    def _prepare_gripper(self) -> None:
-        left, right = FINGER_JOINTS
-        physics = self._gripper
-        for joint in FINGER_JOINTS:
-            self._client.changeDynamics(
-                self.body,
-                joint,
-                lateralFriction=physics.friction,
-                spinningFriction=physics.spinning_friction,
-            )
-        # The real hand drives both fingers with one motor; the URDF's mimic tag is not read.
-        gear = self._client.createConstraint(
-            self.body, left, self.body, right, pybullet.JOINT_GEAR, (1, 0, 0), (0, 0, 0), (0, 0, 0)
-        )
-        self._client.changeConstraint(gear, gearRatio=-1, erp=0.1, maxForce=physics.gear_force)
-        assert self._client.getJointInfo(self.body, GRASP_LINK)[12] == b'panda_grasptarget'

@@ -28,9 +28,9 @@ from std_srvs.srv import Trigger
 from likeme_arm_sim import messages
 from likeme_arm_sim.cell import Actor, Cell, MotionResult
 from likeme_arm_sim.driver import Driver
+from likeme_arm_sim.motion import Outcome
 from likeme_arm_sim.node_settings import SETTINGS, cell_settings, driver_settings
-from likeme_arm_sim.primitives import Outcome
-from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.scene import CAMERA_FRAME, Scene
 from likeme_msgs.msg import TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -200,7 +200,7 @@ class ArmDriverNode(Node):
         depth = messages.image_message(images.depth_mm, '16UC1')
         for publisher, message in zip(publishers, (self._info_message, rgb, depth), strict=True):
             message.header.stamp = stamp
-            message.header.frame_id = messages.CAMERA_FRAME
+            message.header.frame_id = CAMERA_FRAME
             publisher.publish(message)
         self._counts['frames'] += 1
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -20,22 +19,13 @@ from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.kinematics import Kinematics
 from likeme_arm_sim.layout import Placement, draw_layout, wanted_states
+from likeme_arm_sim.motion import Ending, Look, ObjectView, Outcome
 from likeme_arm_sim.physics import Physics
-from likeme_arm_sim.primitives import (
-    Ending,
-    ObjectView,
-    Outcome,
-    PrimitiveSettings,
-    act,
-    refusal,
-    retreat,
-)
+from likeme_arm_sim.primitives import PrimitiveSettings, act, refusal, retreat
 from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm_sim.steering import OnTick, Steering
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import TIME_STEP, World
-
-Look = Callable[[str], ObjectView | None]
-OnTick = Callable[[], None]
 
 HELD = 'The cell is held: nothing moves until it is resumed.'
 # After the toys were put down, s.
@@ -58,10 +48,6 @@ class MotionResult(NamedTuple):
     message: str
     started: float | None = None
     finished: float | None = None
-
-
-class StoppedError(Exception):
-    """The motion in progress was stopped before this control step."""
 
 
 @dataclass(frozen=True)
@@ -97,14 +83,13 @@ class Cell:
         physics, speed = self.settings.physics, self.settings.arm_speed
         kinematics = Kinematics(physics.arm.reach)
         self.world = World(scene, {name: TOYS[name] for name in scene.objects}, physics)
-        self.arm = Arm(self.world.client, kinematics, self._tick, speed, physics.gripper)
-        self.hand = HumanHand(self.world, self._tick)
+        self._steering = Steering(self.world)
+        tick = self._steering.tick
+        self.arm = Arm(self.world.client, kinematics, tick, speed, physics.gripper)
+        self.hand = HumanHand(self.world, tick)
         pace = DemonstratorSettings(speed=self.settings.human_speed)
         self._demonstrator = Demonstrator(self.world, self.hand, scene, pace)
         self._camera_seed = seed
-        self._held = threading.Event()
-        self._on_tick: OnTick = _nothing
-        self._deadline = np.inf
         self._first = draw_layout(scene, self._initial_states(), [], self._rng)
         self._lay(self._first)
         self._beginning = self.world.save()
@@ -117,20 +102,15 @@ class Cell:
     @property
     def held(self) -> bool:
         """Whether all motion is held."""
-        return self._held.is_set()
-
-    @property
-    def tidy(self) -> bool:
-        """Whether arm and hand are out of the camera's view of the table."""
-        return self.hand.away and self.arm.at_home
+        return self._steering.held
 
     def hold(self) -> None:
         """Stop all motion before the next control step; may be called from any thread."""
-        self._held.set()
+        self._steering.hold()
 
     def resume(self) -> None:
         """Allow motion again; may be called from any thread."""
-        self._held.clear()
+        self._steering.resume()
 
     def step(self, seconds: float = TIME_STEP, on_tick: OnTick | None = None) -> None:
         """Let time pass without a new motion; what rolls goes on rolling."""
@@ -146,7 +126,7 @@ class Cell:
         action: int,
         look: Look,
         on_tick: OnTick | None = None,
-        budget: float | None = None,
+        budget: float = np.inf,
     ) -> MotionResult:
         """Do one of the six actions to an object; returns when the motion has ended.
 
@@ -162,11 +142,9 @@ class Cell:
         if refused is not None:
             return MotionResult(*refused)
         started = self.time
-        self._deadline = np.inf if budget is None else started + budget
-        try:
-            ending = self._moving(on_tick, lambda: self._act(actor, name, Action(action), look))
-        finally:
-            self._deadline = np.inf
+        ending = self._steering.run(
+            lambda: self._act(actor, name, Action(action), look), self._halt, on_tick, budget
+        )
         moved = self.time > started
         return MotionResult(*ending, *((started, self.time) if moved else (None, None)))
 
@@ -178,7 +156,7 @@ class Cell:
             self._clear_the_table(Actor.ROBOT)
             return Ending(Outcome.COMPLETED, 'Hand and arm have left the table.')
 
-        return self._moving(on_tick, leave)
+        return self._steering.run(leave, self._halt, on_tick)
 
     def reset(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
         """Set toys in states anew, draw their places by `seed`; both empty: as the run began.
@@ -204,7 +182,7 @@ class Cell:
         the robot did before. A person's grip comes and goes as a constraint, after which bullet
         solves the others in another order: then they go the same way but for rounding.
         """
-        self._held.clear()
+        self._steering.resume()
         # What a hand holds, it holds by a constraint that was not there in the beginning.
         self.hand.reset()
         self.world.restart(self._beginning)
@@ -234,31 +212,6 @@ class Cell:
         axis = pose.matrix()[:2, 0]
         yaw = float(np.arctan2(axis[1], axis[0]))
         return ObjectView(x, y, yaw, self.scene.table.state_of(x, y, z))
-
-    def _tick(self) -> None:
-        if self._held.is_set() or self.time >= self._deadline:
-            raise StoppedError
-        self.world.step()
-        self._on_tick()
-
-    def _moving(self, on_tick: OnTick | None, motion: Callable[[], Ending]) -> Ending:
-        self._on_tick = on_tick or _nothing
-        try:
-            return motion()
-        except StoppedError:
-            self._halt()
-            return Ending(Outcome.HELD, self._stopped_because())
-        except BaseException:
-            # Nobody steers any more: without this the arm would go on to its last target.
-            self._halt()
-            raise
-        finally:
-            self._on_tick = _nothing
-
-    def _stopped_because(self) -> str:
-        if self.held:
-            return 'The motion was held before it was complete.'
-        return 'The motion was stopped: its time budget was used up before it was complete.'
 
     def _halt(self) -> None:
         self.arm.halt()
@@ -299,7 +252,3 @@ class Cell:
         for name, place in layout.items():
             self.world.put_toy(name, place.x, place.y, place.ground, place.yaw)
         self.step(SETTLING_TIME)
-
-
-def _nothing() -> None:
-    """Called when nobody listens to the ticks."""

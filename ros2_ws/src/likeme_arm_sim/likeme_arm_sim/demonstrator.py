@@ -12,7 +12,7 @@ import numpy as np
 from likeme_arm_sim.hand import PALM_HEIGHT, Posture, Side
 from likeme_arm_sim.human_hand import AWAY, OPEN, HumanHand
 from likeme_arm_sim.kinematics import wrap_half_turn
-from likeme_arm_sim.primitives import Ending, Outcome
+from likeme_arm_sim.motion import Ending, Outcome
 from likeme_arm_sim.scene import Action, Scene, State
 from likeme_arm_sim.world import TIME_STEP, Vector, World
 
@@ -140,8 +140,12 @@ class Demonstrator:
         top, high = self._scene.table.top, self._s.clear_height
         if z > -self._scene.table.thickness or not top.contains(x, y):
             return [np.array([x, y, high]), toy]
-        beside = (top.y_max + self._s.beyond_edge) * (1.0 if y > 0 else -1.0)
+        beside = self._beside(y)
         return [np.array([x, beside, high]), np.array([x, beside, z]), toy]
+
+    def _beside(self, y: float) -> float:
+        """Past the table's side edge that is nearer to `y`, m."""
+        return (self._scene.table.top.y_max + self._s.beyond_edge) * (1.0 if y > 0 else -1.0)
 
     def _ground(self, spot: Vector) -> float:
         table = self._scene.table
@@ -151,10 +155,8 @@ class Demonstrator:
         """A free place in the target area, or past the table's nearer side edge, (x, y), m."""
         target = action.target
         x, y, _ = self._world.toy_pose(name).position
-        top, s = self._scene.table.top, self._s
         if target is State.OFFTABLE:
-            beside = (top.y_max + s.beyond_edge) * (1.0 if y > 0 else -1.0)
-            return np.array([np.clip(x, 0.34, 0.52), beside])
+            return np.array([np.clip(x, 0.34, 0.52), self._beside(y)])
         sign = 1.0 if target is State.LEFT else -1.0
         spots = np.column_stack([rng.uniform(0.37, 0.51, 24), sign * rng.uniform(0.11, 0.22, 24)])
         if action.is_push:
@@ -162,5 +164,5 @@ class Demonstrator:
             spots[:, 0] = x
         others = [self._world.toy_pose(n).position[:2] for n in self._world.toys if n != name]
         room = [min((float(np.linalg.norm(o - at)) for o in others), default=1.0) for at in spots]
-        free = [index for index, r in enumerate(room) if r > s.room]
+        free = [index for index, r in enumerate(room) if r > self._s.room]
         return np.asarray(spots[free[0] if free else int(np.argmax(room))])

@@ -177,8 +177,3 @@ def _forearm(wrist: Floats) -> dict[str, ConvexMesh]:
         'wrist': capsule(wrist, cuff, 0.0225, _skin(-3), 0.0270, sides=14),
         'sleeve': capsule(cuff + 0.014 * along, elbow, 0.0345, SLEEVE, 0.0460, sides=16),
     }
-
-
-HAND_PARTS: Mapping[Posture, Mapping[str, ConvexMesh]] = MappingProxyType(
-    {posture: hand_parts(posture) for posture in Posture}
-)

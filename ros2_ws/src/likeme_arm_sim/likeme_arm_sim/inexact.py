@@ -12,8 +12,8 @@ from collections.abc import Callable
 import numpy as np
 
 from likeme_arm_sim.kinematics import ToolPose
+from likeme_arm_sim.motion import Motion
 from likeme_arm_sim.physics import ArmAccuracy
-from likeme_arm_sim.primitives import Motion
 
 
 def draw_offset(accuracy: ArmAccuracy, rng: np.random.Generator) -> ToolPose:

@@ -21,8 +21,6 @@ PANDA_URDF = Path(pybullet_data.getDataPath()) / 'franka_panda' / 'panda.urdf'
 ARM_JOINTS = tuple(range(7))
 FINGER_JOINTS = (9, 10)
 GRASP_LINK = 11
-# The centre of the finger pads is this far behind the finger tips, m.
-FINGERTIP_BEYOND_GRASP = 0.0073
 
 # Folded backwards over the robot's right, hand down: no part of the arm covers the table in the
 # camera's picture (test_arm.py projects it).

@@ -16,13 +16,12 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.cell import MotionResult
 from likeme_arm_sim.driver import Driver
+from likeme_arm_sim.motion import ObjectView, Outcome
 from likeme_arm_sim.node_settings import Setting
-from likeme_arm_sim.primitives import ObjectView, Outcome
 from likeme_arm_sim.scene import CameraMount, State
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
-CAMERA_FRAME = 'camera_rgb_optical_frame'
 BASE_FRAME = 'base_link'
 NANOSECONDS = 1_000_000_000
 

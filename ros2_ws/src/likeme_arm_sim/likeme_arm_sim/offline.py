@@ -12,8 +12,15 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from likeme_arm_sim.cell import Actor, Cell, CellSettings, MotionResult
-from likeme_arm_sim.physics import TOY_PHYSICS, ArmAccuracy, GripperPhysics, Physics
-from likeme_arm_sim.primitives import ObjectView, PrimitiveSettings
+from likeme_arm_sim.motion import ObjectView
+from likeme_arm_sim.physics import (
+    TOY_PHYSICS,
+    ArmAccuracy,
+    GripperPhysics,
+    Physics,
+    fitted_fields,
+)
+from likeme_arm_sim.primitives import PrimitiveSettings
 from likeme_arm_sim.scene import Action, Scene, State
 
 # Keeps the camera's chance apart from the cell's, which is drawn from the bare seed.
@@ -80,23 +87,9 @@ class Eye:
         return False
 
 
-# What a toy's parameter is called in `ToyPhysics`.
-TOY_FIELDS = {
-    'mass': 'mass',
-    'friction': 'friction',
-    'rolling': 'rolling_friction',
-    'bounce': 'restitution',
-}
-
-
-def _own(values: Mapping[str, float], name: str) -> dict[str, float]:
-    keys = {field: f'{name}_{word}' for word, field in TOY_FIELDS.items()}
-    return {field: values[key] for field, key in keys.items() if key in values}
-
-
 def settings_with(values: Mapping[str, float]) -> CellSettings:
     """A cell's settings with values of its own for all parameters of `fitted.py`."""
-    toys = {name: replace(TOY_PHYSICS[name], **_own(values, name)) for name in TOY_PHYSICS}
+    toys = {name: replace(toy, **fitted_fields(name, values)) for name, toy in TOY_PHYSICS.items()}
     arm = ArmAccuracy(
         bias_x=values['arm_bias_x'],
         skew=values['arm_skew'],

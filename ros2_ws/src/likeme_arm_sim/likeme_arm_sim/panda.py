@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from types import MappingProxyType
 from xml.etree import ElementTree
 
 import numpy as np
-import pybullet_data
 from scipy.spatial.transform import Rotation
 
+from likeme_arm_sim.kinematics import PANDA_URDF
 from likeme_arm_sim.meshes import Colour, ConvexMesh, Floats, hull_from_obj
 
-URDF = Path(pybullet_data.getDataPath()) / 'franka_panda' / 'panda.urdf'
 WHITE, GREY, DARK = (236, 238, 240), (176, 180, 186), (64, 66, 70)
 COLOURS: Mapping[str, Colour] = {
     'panda_link2': (226, 228, 232),
@@ -34,7 +32,7 @@ def panda_links() -> Mapping[str, ConvexMesh]:
     In bullet that frame is `getLinkState(...)[4:6]` (worldLinkFrame), not the inertial one [0:2].
     """
     links = {}
-    for link in ElementTree.parse(URDF).getroot().iter('link'):
+    for link in ElementTree.parse(PANDA_URDF).getroot().iter('link'):
         collision = link.find('collision')
         if collision is not None:
             name = link.attrib['name']
@@ -47,7 +45,7 @@ def _hull(collision: ElementTree.Element, colour: Colour) -> ConvexMesh:
     mesh = collision.find('geometry/mesh')
     if mesh is None:
         raise ValueError('Expected a mesh in <collision>, got none.')
-    path = URDF.parent / mesh.attrib['filename'].removeprefix('package://')
+    path = PANDA_URDF.parent / mesh.attrib['filename'].removeprefix('package://')
     hull = hull_from_obj(path, colour)
     scale = np.array(mesh.attrib.get('scale', '1 1 1').split(), float)
     return ConvexMesh(hull.vertices * scale, hull.triangles, hull.colours).transformed(

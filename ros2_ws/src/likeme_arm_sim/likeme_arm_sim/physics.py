@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from likeme_arm_sim.fitted import fitted
+from likeme_arm_sim.fitted import fitted, values
 
 
 @dataclass(frozen=True)
@@ -93,25 +93,28 @@ class ArmAccuracy:
     reach: float = fitted('reach')
 
 
+# The fields of ToyPhysics that may be fitted, by what `fitted.py` calls them after the toy's name.
+TOY_FIELDS = {
+    'mass': 'mass',
+    'friction': 'friction',
+    'rolling': 'rolling_friction',
+    'bounce': 'restitution',
+}
+
+
+def fitted_fields(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
+    """Fields of a toy's ToyPhysics by those parameters of `fitted.py` that are its own."""
+    keys = {field: f'{name}_{word}' for word, field in TOY_FIELDS.items()}
+    return {field: parameters[key] for field, key in keys.items() if key in parameters}
+
+
 TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
     {
-        'pear': ToyPhysics(
-            mass=fitted('pear_mass'),
-            friction=fitted('pear_friction'),
-            rolling_friction=fitted('pear_rolling'),
-            restitution=fitted('pear_bounce'),
-        ),
-        'lemon': ToyPhysics(
-            mass=fitted('lemon_mass'),
-            friction=fitted('lemon_friction'),
-            rolling_friction=fitted('lemon_rolling'),
-            restitution=fitted('lemon_bounce'),
-        ),
+        'pear': ToyPhysics(**fitted_fields('pear', values())),
+        'lemon': ToyPhysics(**fitted_fields('lemon', values())),
+        # It slides and does not roll: what it would do rolling is not fitted.
         'chicken': ToyPhysics(
-            mass=fitted('chicken_mass'),
-            friction=fitted('chicken_friction'),
-            rolling_friction=0.0020,
-            restitution=0.05,
+            rolling_friction=0.0020, restitution=0.05, **fitted_fields('chicken', values())
         ),
     }
 )

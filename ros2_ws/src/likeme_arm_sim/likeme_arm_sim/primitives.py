@@ -6,91 +6,14 @@ objects only as the camera perceived them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
-from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from likeme_arm_sim.fitted import fitted
 from likeme_arm_sim.kinematics import NoSolutionError, ToolPose, wrap_half_turn
+from likeme_arm_sim.motion import Ending, Look, Motion, ObjectView, Outcome
 from likeme_arm_sim.scene import Action, Scene, State
-
-
-class Outcome(IntEnum):
-    """How a motion ended; the numbers of likeme_msgs/ExecuteAction."""
-
-    COMPLETED = 0
-    NOT_GRASPED = 1
-    NO_IK_SOLUTION = 2
-    HELD = 3
-    OBJECT_NOT_SEEN = 4
-    OBJECT_OFFTABLE = 5
-    UNKNOWN_OBJECT = 6
-    UNKNOWN_ACTION = 7
-    BUSY = 8
-    EXPIRED = 9
-
-
-class Ending(NamedTuple):
-    """Outcome of a motion and a sentence for people."""
-
-    outcome: Outcome
-    message: str
-
-
-@dataclass(frozen=True)
-class ObjectView:
-    """One object as perception last reported it.
-
-    x, y: centroid of the visible surface, m, base_link. yaw: major axis, rad. state: None while
-    something covers it.
-    """
-
-    x: float
-    y: float
-    yaw: float
-    state: State | None
-
-
-# What the camera says about an object, by name; None when it never saw it.
-Look = Callable[[str], ObjectView | None]
-
-
-class Motion(Protocol):
-    """What the primitives need of an arm."""
-
-    @property
-    def tool(self) -> ToolPose:
-        """Where the grasp point is now."""
-
-    def reach(self, pose: ToolPose) -> None:
-        """Swing to a pose through free space."""
-
-    def move_to(
-        self,
-        pose: ToolPose,
-        speed: float,
-        until: Callable[[], bool] | None = None,
-        free: float = 0.0,
-    ) -> bool:
-        """Move in a straight line, m/s, the first `free` m through free space.
-
-        True when `until` stopped it.
-        """
-
-    def move_home(self) -> None:
-        """Go where the camera's view is free."""
-
-    def open_gripper(self, width: float = 0.08) -> None:
-        """Open to `width` m."""
-
-    def close_gripper(self) -> float:
-        """Close and return the remaining width, m."""
-
-    def holding(self) -> bool:
-        """Whether something is between the closed fingers."""
 
 
 @dataclass(frozen=True)
@@ -269,8 +192,9 @@ def act(
     """Do one of the six actions to an object where it is perceived now."""
     view = look(name)
     refused = refusal(scene, name, view)
-    if refused is not None or view is None:
-        return refused or Ending(Outcome.OBJECT_NOT_SEEN, f'The {name} is not seen.')
+    if refused is not None:
+        return refused
+    assert view is not None, 'What was never seen is refused.'
     try:
         if action.is_push:
             return push(motion, look, scene, name, view, action.target, s)

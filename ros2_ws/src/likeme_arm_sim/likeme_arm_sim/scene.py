@@ -118,6 +118,8 @@ class CameraMount:
         return pose
 
 
+# What ROS calls the camera's optical frame.
+CAMERA_FRAME = 'camera_rgb_optical_frame'
 OBJECTS: tuple[str, ...] = ('pear', 'lemon', 'chicken')
 
 

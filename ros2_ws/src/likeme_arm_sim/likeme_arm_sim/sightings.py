@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 
 
 class Sightings:

@@ -18,6 +18,8 @@ from likeme_arm_sim.toy_shapes import chicken_parts, lemon_parts, pear_parts
 # Bullet grows every hull by this margin, m; the collision shape is made that much smaller, so that
 # it touches where the camera sees the surface.
 HULL_MARGIN = 0.001
+# Between the points by which mass is weighed, m.
+GRID = 0.003
 
 
 @dataclass(frozen=True)
@@ -41,11 +43,6 @@ class Toy:
     resting_height: float
 
     @property
-    def length(self) -> float:
-        """Extent along the long axis, m."""
-        return self.size[0]
-
-    @property
     def inertia(self) -> tuple[float, float, float]:
         """Diagonal of the inertia tensor about the origin, kg m^2."""
         x, y, z = (self.physics.mass * radius for radius in self.gyration)
@@ -56,10 +53,10 @@ class Toy:
         return replace(self, physics=physics)
 
 
-def _mass_properties(parts: tuple[ConvexMesh, ...], step: float = 0.003) -> tuple[Floats, Floats]:
+def _mass_properties(parts: tuple[ConvexMesh, ...]) -> tuple[Floats, Floats]:
     """Centre of mass (3,), m, and inertia diagonal per mass (3,), m^2, of the parts' union."""
     cloud = np.concatenate([part.vertices for part in parts])
-    axes = [np.arange(a, b, step) for a, b in zip(cloud.min(0), cloud.max(0), strict=True)]
+    axes = [np.arange(a, b, GRID) for a, b in zip(cloud.min(0), cloud.max(0), strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing='ij'), axis=-1).reshape(-1, 3)
     inside = grid[np.any([part.contains(grid) for part in parts], axis=0)]
     centre = inside.mean(axis=0)
@@ -122,18 +119,12 @@ def _drawn_in(vertices: Floats, margin: float) -> Floats:
     return np.asarray(middle + (vertices - middle) * np.maximum(1 - margin / half, 0.2))
 
 
-def spawn(
-    toy: Toy,
-    client: int,
-    position: tuple[float, float, float],
-    orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
-) -> int:
-    """Put a toy into a bullet world; position m, orientation (x, y, z, w). Returns the body id."""
+def spawn(toy: Toy, client: int, position: tuple[float, float, float]) -> int:
+    """Put a toy into a bullet world, upright, at a position, m. Returns the body id."""
     body = bullet.createMultiBody(
         baseMass=toy.physics.mass,
         baseCollisionShapeIndex=collision_shape(toy.parts, client),
         basePosition=position,
-        baseOrientation=orientation,
         physicsClientId=client,
     )
     bullet.changeDynamics(

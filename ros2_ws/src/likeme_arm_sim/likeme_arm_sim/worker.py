@@ -8,6 +8,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
+# For a running job to come to its end, s.
+PATIENCE = 5.0
+
 
 class Job(NamedTuple):
     """Something to be done for somebody."""
@@ -48,11 +51,11 @@ class Worker:
             self._jobs.append(Job(owner, job, future))
             return future
 
-    def stop(self, seconds: float = 5.0) -> None:
+    def stop(self) -> None:
         """Take no more jobs and wait for the running one."""
         self._stopping.set()
         if self._thread.is_alive():
-            self._thread.join(seconds)
+            self._thread.join(PATIENCE)
 
     def _run(self) -> None:
         while not self._stopping.is_set() or self._jobs:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_arm_sim.arm import Arm, travel
+from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.kinematics import Kinematics, NoSolutionError, ToolPose
 from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.paths import travel
 from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import STEP_RATE, World

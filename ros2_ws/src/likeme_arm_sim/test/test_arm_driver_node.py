@@ -24,7 +24,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
 from likeme_arm_sim.messages import nanoseconds, time_message
-from likeme_arm_sim.primitives import Outcome
+from likeme_arm_sim.motion import Outcome
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_arm_sim.hand import HAND_PARTS, Posture, Side, hand_parts
+from likeme_arm_sim.hand import Posture, Side, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, box, capsule, ellipsoid, hull_from_obj, lathe
 from likeme_arm_sim.toys import TOYS
 
@@ -62,7 +62,7 @@ def test_an_obj_without_a_body_is_refused(tmp_path: Path) -> None:
 
 
 def test_both_postures_have_the_same_named_segments() -> None:
-    names = [set(HAND_PARTS[posture]) for posture in Posture]
+    names = [set(hand_parts(posture)) for posture in Posture]
     assert names[0] == names[1]
     assert {'palm', 'thumb_distal', 'index_distal', 'little_proximal', 'sleeve'} <= names[0]
 

@@ -4,12 +4,13 @@ import numpy as np
 import pybullet as bullet
 from scipy.spatial.transform import Rotation
 
-from likeme_arm_sim.panda import URDF, panda_links
+from likeme_arm_sim.kinematics import PANDA_URDF
+from likeme_arm_sim.panda import panda_links
 
 
 def test_link_hulls_lie_where_bullet_collides() -> None:
     client = bullet.connect(bullet.DIRECT)
-    arm = bullet.loadURDF(str(URDF), useFixedBase=True, physicsClientId=client)
+    arm = bullet.loadURDF(str(PANDA_URDF), useFixedBase=True, physicsClientId=client)
     joints = range(bullet.getNumJoints(arm, physicsClientId=client))
     for joint, angle in zip(joints, np.random.default_rng(2).uniform(-1, 0.03, 12), strict=True):
         bullet.resetJointState(arm, joint, angle, physicsClientId=client)

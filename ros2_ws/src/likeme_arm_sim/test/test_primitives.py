@@ -9,14 +9,8 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.kinematics import NoSolutionError, ToolPose
-from likeme_arm_sim.primitives import (
-    ObjectView,
-    Outcome,
-    PrimitiveSettings,
-    act,
-    drop_spot,
-    push_line,
-)
+from likeme_arm_sim.motion import ObjectView, Outcome
+from likeme_arm_sim.primitives import PrimitiveSettings, act, drop_spot, push_line
 from likeme_arm_sim.scene import Action, Scene, State
 
 SCENE, SETTINGS = Scene(), PrimitiveSettings()

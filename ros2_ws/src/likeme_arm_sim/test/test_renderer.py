@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from likeme_arm_sim.backdrop import BLUE, cell_background
-from likeme_arm_sim.hand import HAND_PARTS, Posture
+from likeme_arm_sim.hand import Posture, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, Floats, box, ellipsoid
 from likeme_arm_sim.panda import panda_links
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody, Rendering
@@ -54,7 +54,7 @@ def cast(camera: CameraMount, bodies: list[RenderBody], pixels: NDArray[np.int64
 def crowd(rng: np.random.Generator) -> list[RenderBody]:
     """Toys, a hand and robot links tumbled over the table."""
     meshes: list[ConvexMesh] = [part for toy in TOYS.values() for part in toy.parts]
-    meshes += HAND_PARTS[Posture.GRASP].values()
+    meshes += hand_parts(Posture.GRASP).values()
     meshes += panda_links().values()
     bodies = []
     for mesh, turn in zip(meshes, Rotation.random(len(meshes), random_state=1), strict=True):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import State
 from likeme_arm_sim.sightings import Sightings
 

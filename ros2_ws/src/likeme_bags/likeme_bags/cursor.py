@@ -16,10 +16,10 @@ class Cursor:
 
     __slots__ = ('at', 'buffer', 'end')
 
-    def __init__(self, buffer: bytes | memoryview, at: int = 0, end: int | None = None) -> None:
+    def __init__(self, buffer: bytes | memoryview, at: int = 0) -> None:
         self.buffer = memoryview(buffer)
         self.at = at
-        self.end = len(buffer) if end is None else end
+        self.end = len(buffer)
 
     @property
     def left(self) -> int:

@@ -23,7 +23,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from likeme_bags.errors import BagError
-from likeme_bags.writing import CheckedMcapWriter, HonestSqliteWriter
+from likeme_bags.storage_writers import STORAGES, CheckedMcapWriter, HonestSqliteWriter
 
 #: Uncompressed bytes in a chunk, unless a flush ends it before.
 CHUNK = 4 * 2**20
@@ -148,15 +148,14 @@ class DurableWriter(Writer):
         Raises:
             BagError: the folder exists, or the storage or its compression is none.
         """
-        plugins = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
-        if storage not in plugins:
-            raise BagError(f'Expected a storage of {" or ".join(plugins)}, got {storage!r}.')
+        if storage not in STORAGES:
+            raise BagError(f'Expected a storage of {" or ".join(STORAGES)}, got {storage!r}.')
         if compression not in COMPRESSIONS[storage]:
             known = ' or '.join(COMPRESSIONS[storage])
             raise BagError(f'Expected a {storage} bag packed by {known}, got {compression!r}.')
         if path.exists():
             raise BagError(f'{path} exists already: nothing is written over it.')
-        super().__init__(path, version=9, storage_plugin=plugins[storage])
+        super().__init__(path, version=9, storage_plugin=STORAGES[storage])
         self._lz4 = compression == 'lz4'
         if compression != 'none':
             mode = CompressionMode.STORAGE if storage == 'mcap' else CompressionMode.MESSAGE

@@ -10,6 +10,7 @@ from heapq import merge as merged_by
 from pathlib import Path
 from typing import NamedTuple
 
+from likeme_bags.adapting import bare
 from likeme_bags.errors import BagError
 from likeme_bags.notes import About
 from likeme_bags.reading import Bag, open_bag
@@ -59,9 +60,9 @@ def _chosen(bag: Bag, topics: Collection[str] | None) -> list[Topic]:
     """The topics asked for, with or without their leading slash; all when none were."""
     if not topics:
         return list(bag.topics)
-    wanted = {name.removeprefix('/') for name in topics}
-    kept = [topic for topic in bag.topics if topic.name.removeprefix('/') in wanted]
-    if missing := wanted - {topic.name.removeprefix('/') for topic in kept}:
+    wanted = {bare(name) for name in topics}
+    kept = [topic for topic in bag.topics if bare(topic.name) in wanted]
+    if missing := wanted - {bare(topic.name) for topic in kept}:
         have = ', '.join(topic.name for topic in bag.topics)
         raise BagError(f'Expected topics of {bag.path.name} ({have}), got {sorted(missing)[0]}.')
     return kept

@@ -34,7 +34,7 @@ def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) ->
             topic = known[record.topic, record.type]
             row = {'log_time': record.stamp, **dict(flat(decode(topic, record.data)))}
             if topic.name not in tables:
-                path = folder / f'{topic.name.strip("/").replace("/", "-")}.csv'
+                path = folder / f'{topic.file_stem}.csv'
                 file = stack.enter_context(path.open('w', newline='', encoding='utf-8'))
                 tables[topic.name] = csv.DictWriter(file, list(row), restval='')
                 tables[topic.name].writeheader()

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
-import numpy as np
-
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import Bag
-from likeme_bags.sampling import held, rate_of
+from likeme_bags.sampling import held, moments, rate_of
 from likeme_bags.videos import Video, as_rgb
 
 
@@ -34,11 +32,9 @@ def export_mp4(
         stamps = bag.stamps(topic.name)
         rate = fps or rate_of(stamps) or 1.0
         count = max(round((stamps[-1] - stamps[0]) / 1e9 * rate), 0) + 1
-        # Half a step later: a picture that came a little late still counts for its own step.
-        moments = stamps[0] + np.round((np.arange(count) + 0.5) * 1e9 / rate).astype(np.int64)
-        path = folder / f'{topic.name.strip("/").replace("/", "-")}.mp4'
+        path = folder / f'{topic.file_stem}.mp4'
         with Video(path, rate) as video:
-            for now in held(bag, [topic.name], moments):
+            for now in held(bag, [topic.name], moments(stamps[0], count, rate)):
                 video.write(as_rgb(decode_image(now[topic.name])))
         written.append(path)
     if not written:

@@ -44,26 +44,16 @@ def find(path: Path, notes: Notes) -> Found:
 
 
 def _in_folder(folder: Path, notes: Notes) -> Found:
-    lying = _storage_files(folder)
-    metadata = None
-    try:
-        metadata = read_metadata(folder)
-    except FileNotFoundError:
-        notes.remark(About.METADATA, f'{NAME} is missing; the files beside it were read.')
-    except DamagedError as error:
-        notes.remark(
-            About.METADATA, f'{NAME} cannot be used, the files beside it were read: {error}'
-        )
+    lying, metadata = _storage_files(folder), _metadata(folder, notes)
     if metadata is None or not metadata.files:
         if not lying:
             raise BagError(f'Expected a bag in {folder}, got no {NAME} and no storage file.')
         _note_gaps(lying, notes)
         return Found(tuple(lying), metadata)
     files = [_as_it_lies(folder / name) for name in metadata.files]
-    for each in files:
-        if each is None or not each.is_file():
-            notes.loss(About.FILES, f'A file that {NAME} lists is missing.')
-    there = tuple(each for each in files if each is not None and each.is_file())
+    there = tuple(each for each in files if each is not None)
+    if len(there) < len(files):
+        notes.loss(About.FILES, f'A file that {NAME} lists is missing.')
     if not there and lying:
         notes.remark(
             About.FILES, f'None of the files in {NAME} is there; those beside it were read.'
@@ -78,6 +68,18 @@ def _in_folder(folder: Path, notes: Notes) -> Found:
             f'{len(strangers)} files that {NAME} does not list were not read: {names}.',
         )
     return Found(there, metadata)
+
+
+def _metadata(folder: Path, notes: Notes) -> Metadata | None:
+    try:
+        return read_metadata(folder)
+    except FileNotFoundError:
+        notes.remark(About.METADATA, f'{NAME} is missing; the files beside it were read.')
+    except DamagedError as error:
+        notes.remark(
+            About.METADATA, f'{NAME} cannot be used, the files beside it were read: {error}'
+        )
+    return None
 
 
 def _as_it_lies(path: Path) -> Path | None:

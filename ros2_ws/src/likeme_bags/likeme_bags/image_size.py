@@ -28,8 +28,8 @@ def claimed_size(data: bytes | memoryview) -> tuple[int, int]:
 
 def _jpeg_size(cursor: Cursor) -> tuple[int, int]:
     while True:
-        if cursor.u8() != 0xFF:
-            raise DamagedError(f'Expected a JPEG marker at {cursor.at - 1}, got something else.')
+        if (byte := cursor.u8()) != 0xFF:
+            raise DamagedError(f'Expected a JPEG marker at {cursor.at - 1}, got 0x{byte:02x}.')
         marker = cursor.u8()
         while marker == 0xFF:
             marker = cursor.u8()

@@ -12,7 +12,7 @@ from likeme_bags.adapting import COLOUR, DEPTH, KNOWN_NAMES, bare
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import Bag
-from likeme_bags.sampling import held
+from likeme_bags.sampling import held, moments
 from likeme_bags.typestores import decode
 from likeme_bags.values import Record, Topic
 from likeme_bags.videos import as_rgb
@@ -64,9 +64,7 @@ def episode(bag: Bag, fps: int) -> Episode:
     if end <= begin:
         raise BagError(f'Expected {", ".join(needed)} at the same time, got one after the other.')
     count = int((end - begin) / 1e9 * fps) + 1
-    # Half a step later, so that a picture that came a little late counts for its own step.
-    moments = begin + np.round((np.arange(count) + 0.5) * 1e9 / fps).astype(np.int64)
-    return Episode(bag, cameras, joint_topic, names, moments)
+    return Episode(bag, cameras, joint_topic, names, moments(begin, count, fps))
 
 
 def frames(source: Episode) -> Iterator[Frame]:

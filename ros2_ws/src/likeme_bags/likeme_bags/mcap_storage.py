@@ -12,14 +12,13 @@ from likeme_bags.index import MAX_STAMP, Index
 from likeme_bags.limits import MAX_BLOCK
 from likeme_bags.mcap_records import (
     PREFIX,
-    ChannelRecord,
     ChunkContent,
     ChunkHeader,
-    Schema,
     message_at,
     parse_chunk,
     unpacked,
 )
+from likeme_bags.mcap_topics import McapTopics
 from likeme_bags.mcap_walk import ChunkPlace, walk
 from likeme_bags.notes import About, Notes
 from likeme_bags.storage import BlockCache, Channel
@@ -44,19 +43,17 @@ class McapStorage:
         self._ahead: Ahead[ChunkContent] = Ahead(self._read, self._size_of)
         self._checked: set[int] = set()
         self._unreadable: set[int] = set()
-        # Schemas and channels that a chunk describes, rather than the summary alone.
-        self._confirmed: set[tuple[str, int]] = set()
         # The number of a last chunk that was cut.
         self._cut = -1
         try:
             self._layout = walk(self._file, notes, salvage)
-            self._schemas: dict[int, Schema] = dict(self._layout.schemas)
-            self._records: dict[int, ChannelRecord] = dict(self._layout.channels)
+            self._topics = McapTopics(self._file.name, self._layout, notes)
             self._index_chunks(thorough or not notes.complete)
             self._index_loose()
             if self._layout.cut is not None:
                 self._index_cut(self._layout.cut, salvage)
-            self._name_channels(salvage)
+            vouched = salvage or notes.complete or self._layout.summary_checked
+            self.channels = self._topics.channels(vouched or not self._layout.chunks)
             self._count()
         except BaseException:
             self.close()
@@ -91,11 +88,7 @@ class McapStorage:
         return bytes(found[2])
 
     def _lose(self, why: str) -> None:
-        self._notes.loss(
-            About.CHUNKS, f'{self._file.name}: messages not passed on: {why.rstrip(".")}.'
-        )
-
-    # Chunks.
+        self._notes.lost(self._file.name, why)
 
     def _index_chunks(self, thorough: bool) -> None:
         confirmed: set[int] = set()
@@ -168,26 +161,7 @@ class McapStorage:
                 About.CHUNKS,
                 f'{self._file.name}: chunk {number} holds {in_it} messages, its index {listed}.',
             )
-        for key, schema in content.schemas.items():
-            self._confirmed.add(('schema', key))
-            self._learn(self._schemas, key, schema)
-        for key, record in content.channels.items():
-            self._confirmed.add(('channel', key))
-            self._learn(self._records, key, record)
-
-    def _learn(
-        self, known: dict[int, Schema] | dict[int, ChannelRecord], key: int, new: object
-    ) -> None:
-        """Keep what a chunk says: unlike the summary, it may stand under a checksum."""
-        if known.get(key, new) != new:
-            self._notes.remark(
-                About.CHUNKS,
-                f'{self._file.name}: topic or type {key} is described twice and differently; '
-                'what stands with the messages counts.',
-            )
-        known[key] = new  # type: ignore[assignment]
-
-    # A last chunk that is not all there.
+        self._topics.learn(content)
 
     def _index_cut(self, header: ChunkHeader, salvage: bool) -> None:
         have = max(min(header.stored, self._file.size - header.at), 0)
@@ -203,8 +177,6 @@ class McapStorage:
     def _read_cut(self, header: ChunkHeader) -> ChunkContent:
         stored = self._file.read(header.at, min(header.stored, MAX_BLOCK))
         return parse_chunk(decompress_prefix(stored, header.method, header.size))
-
-    # Messages outside chunks, and what is known in the end.
 
     def _index_loose(self) -> None:
         loose = self._layout.loose
@@ -225,35 +197,12 @@ class McapStorage:
             raise DamagedError(f'Expected at most {MAX_BLOCK} bytes in a message, got {length}.')
         return message_at(prefix + self._file.read(at + PREFIX.size, length), 0)
 
-    def _name_channels(self, salvage: bool) -> None:
-        vouched = salvage or self._notes.complete or self._layout.summary_checked
-        for key, record in self._records.items():
-            wanted = {('channel', key), ('schema', record.schema)}
-            if not vouched and self._layout.chunks and not wanted <= self._confirmed:
-                self._notes.remark(
-                    About.CHUNKS,
-                    f'{self._file.name} is damaged, and nothing vouches for what it says of topic '
-                    f'{record.topic}.',
-                )
-                continue
-            schema = self._schemas.get(record.schema, Schema('', '', ''))
-            more = dict(record.metadata)
-            self.channels[key] = Channel(
-                record.topic,
-                schema.name,
-                record.encoding,
-                more.get('offered_qos_profiles', ''),
-                schema.text,
-                schema.encoding if schema.text else '',
-                more.get('topic_type_hash', ''),
-            )
-
     def _count(self) -> None:
         promised, found = self._layout.message_count, len(self.index)
         if promised is None or promised == found:
             return
-        sentence = f'{self._file.name}: {found} messages found, its statistics say {promised}.'
-        if found < promised:
-            self._notes.loss(About.CHUNKS, sentence)
-        else:
-            self._notes.remark(About.CHUNKS, sentence)
+        tell = self._notes.loss if found < promised else self._notes.remark
+        tell(
+            About.CHUNKS,
+            f'{self._file.name}: {found} messages found, its statistics say {promised}.',
+        )

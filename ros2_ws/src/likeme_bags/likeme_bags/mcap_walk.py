@@ -126,16 +126,7 @@ def _is_cut(file: FileBytes, at: int) -> bool:
 def _take(layout: Layout, file: FileBytes, op: int, body: int, length: int) -> None:
     """Note one record in the layout."""
     if op == Op.CHUNK:
-        header = head_of_chunk(file, body, length)
-        if body + length > file.size:
-            layout.cut = header
-            raise DamagedError(f'Expected a chunk of {length} bytes, got {file.size - body}.')
-        if len(layout.chunks) >= MAX_CHUNKS:
-            raise DamagedError(f'Expected at most {MAX_CHUNKS} chunks, got more.')
-        if header.crc and header[:5] in layout.marks:
-            raise DamagedError('Expected every chunk once, got the same one again.')
-        layout.marks.add(header[:5])
-        layout.chunks.append(ChunkPlace(header))
+        _take_chunk(layout, file, body, length)
         return
     if body + length > file.size:
         raise DamagedError(f'Expected a record of {length} bytes, got {file.size - body}.')
@@ -155,6 +146,19 @@ def _take(layout: Layout, file: FileBytes, op: int, body: int, length: int) -> N
         layout.message_count = Cursor(file.text(body, length)).u64()
     elif op == Op.FOOTER:
         layout.closed = file.read(body + length, 8) == MAGIC
+
+
+def _take_chunk(layout: Layout, file: FileBytes, body: int, length: int) -> None:
+    header = head_of_chunk(file, body, length)
+    if body + length > file.size:
+        layout.cut = header
+        raise DamagedError(f'Expected a chunk of {length} bytes, got {file.size - body}.')
+    if len(layout.chunks) >= MAX_CHUNKS:
+        raise DamagedError(f'Expected at most {MAX_CHUNKS} chunks, got more.')
+    if header.crc and header[:5] in layout.marks:
+        raise DamagedError('Expected every chunk once, got the same one again.')
+    layout.marks.add(header[:5])
+    layout.chunks.append(ChunkPlace(header))
 
 
 def _list_messages(chunk: ChunkPlace, body: bytes) -> None:

@@ -47,6 +47,10 @@ class Notes:
         self.complete = False
         self._add(Note(about, sentence, True))
 
+    def lost(self, file: str, why: str) -> None:
+        """Messages of a file that cannot be passed on."""
+        self.loss(About.CHUNKS, f'{file}: messages not passed on: {why.rstrip(".")}.')
+
     def _add(self, note: Note) -> None:
         if note in self.all:
             return

@@ -36,15 +36,18 @@ _STEP = 4096
 class Bag:
     """An opened bag. Not to be made directly: see `open_bag`."""
 
-    def __init__(self, path: Path, found: Found, streams: list[Stream], notes: Notes) -> None:
+    def __init__(
+        self, path: Path, found: Found, streams: list[Stream], notes: Notes, opened: ExitStack
+    ) -> None:
+        """opened: what has to be closed in the end; taken over when nothing can fail any more."""
         self.path = path
         self.files = found.files
         self.metadata = found.metadata
         self._notes = notes
         self._streams = streams
-        self._stack = ExitStack()
         self._stamps, self._stream, self._place = _in_order(streams)
         self.topics: tuple[Topic, ...] = topics_of(streams)
+        self._stack = opened.pop_all()
 
     @property
     def count(self) -> int:
@@ -148,9 +151,7 @@ def open_bag(path: Path | str, thorough: bool = False, salvage: bool = False) ->
         if not storages:
             raise BagError(notes.told()[-1])
         streams = streams_of(storages, found.metadata, notes)
-        bag = Bag(Path(path), found, streams, notes)
-        bag._stack = stack.pop_all()
-    return bag
+        return Bag(Path(path), found, streams, notes, stack)
 
 
 def _open_file(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from array import array
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
@@ -15,12 +16,12 @@ from likeme_bags.files import FileBytes
 from likeme_bags.index import Index
 from likeme_bags.limits import MAX_BLOCK, MAX_CHUNKS
 from likeme_bags.notes import About, Notes
+from likeme_bags.ros1_connections import Connections
 from likeme_bags.ros1_file import head_at, is_cut, next_chunk
 from likeme_bags.ros1_records import (
     MAGIC,
     Fields,
     Op,
-    fields_of,
     record_at,
     text_of,
     time_of,
@@ -51,19 +52,15 @@ class Ros1Storage:
 
     def __init__(self, path: Path, notes: Notes, salvage: bool = False) -> None:
         self.index = Index()
-        self.channels: dict[int, Channel] = {}
         self._notes = notes
         self._file = FileBytes(path)
+        self._connections = Connections(self._file.name, notes)
         self._chunks: list[_Chunk] = []
         self._cache: BlockCache[bytes | memoryview] = BlockCache()
         self._salvage = salvage
         self._cut = -1
         # Chunks by the bag header.
         self._promised: int | None = None
-        # Connections that are described twice, and differently.
-        self._doubtful: set[int] = set()
-        # Connections that a chunk describes, rather than the index alone.
-        self._confirmed: set[int] = set()
         # Sizes and checksums of the chunks.
         self._marks: set[tuple[int, int]] = set()
         try:
@@ -76,6 +73,11 @@ class Ros1Storage:
     def checksums(self) -> bool:
         """Whether checksums cover every message, so that a flipped bit is noticed."""
         return all(chunk.method == 'bz2' for chunk in self._chunks)
+
+    @property
+    def channels(self) -> Mapping[int, Channel]:
+        """All connections that are not in doubt, by their number."""
+        return self._connections.channels
 
     def close(self) -> None:
         """Let go of the file."""
@@ -90,9 +92,7 @@ class Ros1Storage:
             return None
 
     def _lose(self, why: str) -> None:
-        self._notes.loss(
-            About.CHUNKS, f'{self._file.name}: messages not passed on: {why.rstrip(".")}.'
-        )
+        self._notes.lost(self._file.name, why)
 
     def _data(self, block: int) -> bytes | memoryview:
         data = self._cache.get(block)
@@ -130,7 +130,7 @@ class Ros1Storage:
         if indexed < len(self._chunks):
             self._index_chunk(indexed, listed)
         self._compare()
-        self._drop_doubtful()
+        self._connections.drop_doubtful(self._notes.complete or self._salvage)
 
     def _note_damage(self, at: int, onward: int | None, why: str) -> None:
         name, size = self._file.name, self._file.size
@@ -155,7 +155,7 @@ class Ros1Storage:
         elif op == Op.INDEX:
             self._list(fields, self._file.text(body, size), listed)
         elif op == Op.CONNECTION:
-            self._connect(fields, self._file.text(body, size))
+            self._connections.take(fields, self._file.text(body, size), in_chunk=False)
         elif op != Op.CHUNK_INFO:
             raise DamagedError(f'Expected a record of a bag, got one of kind {op}.')
         if body + size > self._file.size:
@@ -214,8 +214,7 @@ class Ros1Storage:
                 fields, body = record_at(cursor)
                 op = u8(fields, 'op')
                 if op == Op.CONNECTION:
-                    self._connect(fields, bytes(body))
-                    self._confirmed.add(u32(fields, 'conn'))
+                    self._connections.take(fields, bytes(body), in_chunk=True)
                 elif op == Op.MESSAGE:
                     entry = (time_of(fields), u32(fields, 'conn'), offset)
                     found += 1
@@ -238,35 +237,3 @@ class Ros1Storage:
         if len(data) and mark in self._marks:
             raise DamagedError('Expected every chunk once, got the same one again.')
         self._marks.add(mark)
-
-    def _connect(self, fields: Fields, body: bytes) -> None:
-        key = u32(fields, 'conn')
-        more = fields_of(memoryview(body))
-        latched = more.get('latching') == b'1'
-        channel = Channel(
-            text_of(fields, 'topic'),
-            text_of(more, 'type'),
-            'ros1',
-            'latched' if latched else '',
-            text_of(more, 'message_definition'),
-            'ros1msg',
-            text_of(more, 'md5sum'),
-        )
-        known = self.channels.setdefault(key, channel)
-        if (known.topic, known.type, known.definition) != (*channel[:2], channel.definition):
-            self._doubtful.add(key)
-
-    def _drop_doubtful(self) -> None:
-        """Messages whose topic or type is in doubt are not passed on: they lose their channel."""
-        if not (self._notes.complete or self._salvage):
-            # The index at the end has no checksum, and something in this file is wrong.
-            for key in sorted(self.channels.keys() - self._confirmed - self._doubtful):
-                name = self.channels.pop(key).topic
-                self._notes.remark(
-                    About.TOPICS,
-                    f'{self._file.name} is damaged, and nothing vouches for what it says of topic '
-                    f'{name}.',
-                )
-        for key in sorted(self._doubtful):
-            channel = self.channels.pop(key)
-            self._lose(f'connection {key} ({channel.topic}) is described twice and differently')

@@ -60,14 +60,13 @@ def write_ros2(folder: Path, records: list[Record], storage: str, compress: bool
 def write_ros1(path: Path, records: list[Record], compression: str) -> Path:
     """A ROS 1 bag of the same messages; compression: 'none', 'bz2' or 'lz4'."""
     store = get_typestore(Stores.ROS1_NOETIC)
-    old_names = {STRING: STRING, IMAGE: IMAGE}
     writer = Writer1(path)
     if compression != 'none':
         writer.set_compression(Writer1.CompressionFormat[compression.upper()])
     writer.chunk_threshold = 16_000
     with writer:
         connections = {
-            topic.name: writer.add_connection(topic.name, old_names[topic.type], typestore=store)
+            topic.name: writer.add_connection(topic.name, topic.type, typestore=store)
             for topic in TOPICS
         }
         for record in records:

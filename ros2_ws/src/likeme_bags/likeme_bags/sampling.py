@@ -18,6 +18,14 @@ def rate_of(stamps: NDArray[np.int64]) -> float:
     return 1e9 / float(np.median(steps)) if len(steps) else 0.0
 
 
+def moments(begin: int, count: int, rate: float) -> NDArray[np.int64]:
+    """Times at a steady rate (Hz) from a first one on, ns, (count,).
+
+    Each half a step later, so that what came a little late still counts for its own step.
+    """
+    return begin + np.round((np.arange(count) + 0.5) * 1e9 / rate).astype(np.int64)
+
+
 def held(bag: Bag, topics: Sequence[str], times: NDArray[np.int64]) -> Iterator[dict[str, Record]]:
     """At each time (ns, rising) the last record of every topic so far; topics without one lack."""
     last: dict[str, Record] = {}

@@ -73,7 +73,7 @@ class SqliteStorage:
         return row[2]
 
     def _lose(self, why: str) -> None:
-        self._notes.loss(About.CHUNKS, f'{self._name}: messages not passed on: {why}.')
+        self._notes.lost(self._name, why)
 
     def _columns(self, table: str) -> set[str]:
         return {row[1] for row in self._db.execute(f'PRAGMA table_info({table})')}

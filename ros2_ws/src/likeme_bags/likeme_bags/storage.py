@@ -52,9 +52,8 @@ class Storage(Protocol):
 class BlockCache(Generic[T]):
     """The last used chunks, as many as fit; the newest always does."""
 
-    def __init__(self, capacity: int = MAX_CACHE) -> None:
+    def __init__(self) -> None:
         self._blocks: OrderedDict[int, tuple[T, int]] = OrderedDict()
-        self._capacity = capacity
         self._held = 0
 
     def get(self, key: int) -> T | None:
@@ -67,7 +66,7 @@ class BlockCache(Generic[T]):
 
     def put(self, key: int, block: T, size: int) -> None:
         """Keep a chunk of `size` bytes, dropping the longest unused ones."""
-        while self._blocks and self._held + size > self._capacity:
+        while self._blocks and self._held + size > MAX_CACHE:
             self._held -= self._blocks.popitem(last=False)[1][1]
         self._blocks[key] = (block, size)
         self._held += size

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from rosbags.interfaces import Qos
 
 from likeme_bags.errors import BagError, DamagedError
 from likeme_bags.limits import MAX_TOPICS
@@ -126,16 +127,7 @@ def _topic_of(
     if not channel.topic:
         raise DamagedError(f'Expected a topic name, got none (type {channel.type}).')
     if channel.serialization == 'ros1':
-        source = ros1_type(channel.type, channel.definition)
-        if source.migrated:
-            notes.remark(
-                About.TOPICS,
-                f'{channel.topic}: ROS 2 lays {source.name} out differently; its fields were '
-                'carried over by name.',
-            )
-        qos = (LATCHED,) if channel.qos == 'latched' else ()
-        text, digest = source.definition, source.type_hash
-        return Topic(channel.topic, source.name, 0, qos, text, 'ros2msg', digest), source.cdr
+        return _ros1_topic(channel, notes)
     for place, said in (('the file', channel.serialization), ('metadata.yaml', claim)):
         said = said.serialization if isinstance(said, TopicClaim) else said
         if said not in ('cdr', '', None):
@@ -157,13 +149,27 @@ def _topic_of(
     return topic, unpack_message if packed else _as_it_is
 
 
+def _ros1_topic(channel: Channel, notes: Notes) -> tuple[Topic, Callable[[bytes], bytes]]:
+    """As `_topic_of`, of a ROS 1 connection."""
+    source = ros1_type(channel.type, channel.definition)
+    if source.migrated:
+        notes.remark(
+            About.TOPICS,
+            f'{channel.topic}: ROS 2 lays {source.name} out differently; its fields were '
+            'carried over by name.',
+        )
+    qos = (LATCHED,) if channel.qos == 'latched' else ()
+    text, digest = source.definition, source.type_hash
+    return Topic(channel.topic, source.name, 0, qos, text, 'ros2msg', digest), source.cdr
+
+
 def _as_it_is(data: bytes) -> bytes:
     return data
 
 
-def _qos_of(channel: Channel, claim: TopicClaim | None, notes: Notes) -> tuple:  # type: ignore[type-arg]
+def _qos_of(channel: Channel, claim: TopicClaim | None, notes: Notes) -> tuple[Qos, ...]:
     """Offered profiles: metadata.yaml's before the file's, as `ros2 bag play` has it."""
-    found = []
+    found: list[tuple[Qos, ...]] = []
     for written in (claim.qos if claim else '', channel.qos):
         try:
             found.append(profiles(written))
@@ -184,12 +190,9 @@ def _compare(
     """Compare what was found with what metadata.yaml promises."""
     if metadata is None:
         return
-    if total < metadata.message_count:
-        notes.loss(
-            About.METADATA, f'{total} messages found, metadata.yaml says {metadata.message_count}.'
-        )
-    elif total > metadata.message_count:
-        notes.remark(
+    if total != metadata.message_count:
+        tell = notes.loss if total < metadata.message_count else notes.remark
+        tell(
             About.METADATA, f'{total} messages found, metadata.yaml says {metadata.message_count}.'
         )
     counts: Mapping[str, int] = {t.name: t.count for t in topics_of(streams)}

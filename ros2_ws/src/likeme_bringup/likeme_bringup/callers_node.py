@@ -5,33 +5,18 @@ Exit codes: 0 done, 1 it did not come about, 2 wrong usage, 3 the service is not
 
 from __future__ import annotations
 
-import os
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from enum import StrEnum
-from typing import Annotated, Any, NamedTuple, TypeVar
+from typing import Annotated
 
-import rclpy
 import typer
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from likeme_bringup.start_cell import LAST_DOMAIN
+from likeme_bringup.service_caller_node import Verdict, call, caller, next_table_state
+from likeme_bringup.start_cell import Domain
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
-
-# Seconds to wait for a service or for the first table state: with the start of Python, a caller
-# without a cell says so within 10.
-PATIENCE = 8.0
-# No motion takes longer, s: whoever served it was replaced by another meanwhile.
-LONGEST = 180.0
-# How often a pending call looks whether its server is still alive, s.
-GLANCE = 0.5
-
-Message = TypeVar('Message')
 
 
 class State(StrEnum):
@@ -70,74 +55,10 @@ class Action(StrEnum):
         return int(getattr(ExecuteAction.Request, self.name))
 
 
-class Verdict(NamedTuple):
-    """What to tell the caller, and the exit code."""
-
-    code: int
-    sentence: str
-
-
 Network = Annotated[
     bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
 ]
-Domain = Annotated[
-    int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-]
 STATE_NAMES = {state.number: state.value for state in State}
-
-
-@contextmanager
-def caller(network: bool, domain: int) -> Iterator[Node]:
-    """A short-lived node."""
-    if network:
-        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
-    rclpy.init(domain_id=domain)
-    node = Node(f'caller_{os.getpid()}')
-    try:
-        yield node
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
-
-
-def call(node: Node, kind: Any, name: str, request: Any, patience: float = PATIENCE) -> Verdict:
-    """Call a service whose answer has `success` and `message`."""
-    client = node.create_client(kind, name)
-    if not client.wait_for_service(timeout_sec=patience):
-        return Verdict(
-            3, f'Nobody serves {name} on ROS domain {domain_of(node)}: is the cell running?'
-        )
-    future = client.call_async(request)
-    try:
-        return answer_of(node, client, future)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return Verdict(
-            130, f'No longer waiting for {name}. What it began goes on; `cell.sh hold` stops it.'
-        )
-
-
-def answer_of(node: Node, client: Any, future: Any) -> Verdict:
-    """Wait for an answer as long as there is hope for one."""
-    deadline = time.monotonic() + LONGEST
-    while not future.done():
-        rclpy.spin_until_future_complete(node, future, timeout_sec=GLANCE)
-        if not future.done() and not client.service_is_ready():
-            return Verdict(3, f'{client.srv_name} went away before it answered.')
-        if not future.done() and time.monotonic() > deadline:
-            return Verdict(3, f'{client.srv_name} gave no answer within {LONGEST:g} s.')
-    answer = future.result()
-    return Verdict(0 if answer.success else 1, answer.message)
-
-
-def next_table_state(node: Node, patience: float = PATIENCE) -> TableState | None:
-    """The next table state, or None when none comes in time."""
-    seen: list[TableState] = []
-    subscription = node.create_subscription(TableState, 'table_state', seen.append, 1)
-    deadline = time.monotonic() + patience
-    while not seen and time.monotonic() < deadline:
-        rclpy.spin_once(node, timeout_sec=GLANCE)
-    node.destroy_subscription(subscription)
-    return seen[0] if seen else None
 
 
 def check_start(table: TableState | None, name: str, start: State) -> Verdict:
@@ -236,11 +157,6 @@ def end(verdict: Verdict) -> None:
     """Say it and leave with its code."""
     print(verdict.sentence, file=sys.stderr if verdict.code else sys.stdout)
     raise typer.Exit(verdict.code)
-
-
-def domain_of(node: Node) -> int:
-    """The ROS domain a node is in."""
-    return int(node.context.get_domain_id())
 
 
 def application(*commands: tuple[str, Callable[..., None]]) -> typer.Typer:

@@ -20,11 +20,13 @@ from domain_coordinator import domain_id
 from rich.console import Console
 
 from likeme_bringup import story
+from likeme_bringup.callers_node import Manner
+from likeme_bringup.callers_node import State as Side
 from likeme_bringup.demo_node import DONE_BY_HAND, Operator, StoryStoppedError, play_story
 from likeme_bringup.one_cell import is_free
+from likeme_bringup.processes import die_with_parent, interrupt
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
-from likeme_bringup.supervisor import die_with_parent, interrupt
 from likeme_inference.console_words import read_reply
 from likeme_inference.node_settings import read_model
 from likeme_inference.tabletop.domain import State
@@ -33,21 +35,6 @@ console = Console(highlight=False, soft_wrap=False)
 END_OF_CELL_TIMEOUT = 20.0
 # How often a question at the keyboard looks whether the story still goes on, s.
 GLANCE = 0.2
-
-
-class Side(StrEnum):
-    """Where the robot could fetch an object from, and where the person may take it to."""
-
-    LEFT = 'left'
-    RIGHT = 'right'
-    OFFTABLE = 'offtable'
-
-
-class Manner(StrEnum):
-    """How the person moves it."""
-
-    PLACE = 'place'
-    PUSH = 'push'
 
 
 class Who(StrEnum):
@@ -179,8 +166,8 @@ def _tell(sentence: str) -> None:
 
 def _operator(who: Who) -> Operator:
     if who is Who.AUTO:
-        return Operator(lambda request, pause: (DONE_BY_HAND, 'the simulated person'))
-    return Operator(_ask_at_keyboard)
+        return lambda request, pause: (DONE_BY_HAND, 'the simulated person')
+    return _ask_at_keyboard
 
 
 def _ask_at_keyboard(request: Any, pause: Callable[[], None]) -> tuple[int, str]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, TypeVar
 
-import numpy as np
 import rclpy
-from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
@@ -20,36 +19,19 @@ from likeme_bringup.storyboard import Panel, Row
 from likeme_inference.tabletop.domain import Action, State
 from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
+from likeme_perception.rgbd import decode_rgb
 
 T = TypeVar('T')
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DONE_BY_HAND = AskHuman.Request.DONE_BY_HAND
 TRY_ANYWAY = AskHuman.Request.TRY_ANYWAY
-SKIP = AskHuman.Request.SKIP
+# Who answers ask_human: gives an AskHuman constant and a name for (request, pause). Who takes long
+# calls `pause()` now and then: it raises when the story cannot go on.
+Operator = Callable[[Any, Callable[[], None]], tuple[int, str]]
 
 
 class StoryStoppedError(Exception):
     """The story cannot go on; the sentence says what was expected and what came."""
-
-
-@dataclass
-class Operator:
-    """Who answers ask_human: `ask(request, pause)` gives an AskHuman constant and a name.
-
-    Who takes long calls `pause()` now and then: it raises when the story cannot go on.
-    """
-
-    ask: Callable[[Any, Callable[[], None]], tuple[int, str]]
-
-
-@dataclass
-class Heard:
-    """Everything the graph said since the act began."""
-
-    demonstrations: list[Demonstration] = field(default_factory=list)
-    beliefs: list[GoalBelief] = field(default_factory=list)
-    decisions: list[Decision] = field(default_factory=list)
-    outcomes: list[Outcome] = field(default_factory=list)
 
 
 class DemoNode(Node):
@@ -66,7 +48,8 @@ class DemoNode(Node):
         self._tell = tell
         self._operator = operator
         self._alive = alive
-        self._heard = Heard()
+        # What the graph said since the act began, by its type.
+        self._heard: dict[type, list[Any]] = defaultdict(list)
         self._table: TableState | None = None
         self._reel: list[Image] = []
         self._panels: list[Panel] = []
@@ -74,18 +57,13 @@ class DemoNode(Node):
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self.create_subscription(TableState, 'table_state', self._on_table, 1)
-        self.create_subscription(
-            Demonstration, 'demonstration', lambda m: self._heard.demonstrations.append(m), 10
-        )
-        self.create_subscription(
-            GoalBelief, 'goal_belief', lambda m: self._heard.beliefs.append(m), LATCHED
-        )
-        self.create_subscription(
-            Decision, 'decision', lambda m: self._heard.decisions.append(m), LATCHED
-        )
-        self.create_subscription(
-            Outcome, 'outcome', lambda m: self._heard.outcomes.append(m), LATCHED
-        )
+        for kind, topic, qos in (
+            (Demonstration, 'demonstration', 10),
+            (GoalBelief, 'goal_belief', LATCHED),
+            (Decision, 'decision', LATCHED),
+            (Outcome, 'outcome', LATCHED),
+        ):
+            self.create_subscription(kind, topic, partial(self._hear, kind), qos)
         self.create_subscription(
             Image, 'table_overlay', self._reel.append, qos_profile_sensor_data
         )
@@ -102,7 +80,8 @@ class DemoNode(Node):
 
     def play(self, act: story.Act, seed: int) -> story.Ending:
         """Play one act from the set table to the outcome. Raises StoryStoppedError."""
-        self._heard, self._panels = Heard(), []
+        self._panels = []
+        self._heard.clear()
         self.rows.append(Row(act.title(), self._panels))
         self._set_the_table(act, seed)
         self._snap('before')
@@ -118,7 +97,7 @@ class DemoNode(Node):
         else:
             self._tell('The robot acts.')
         outcome = self._until(
-            lambda: next((o for o in self._heard.outcomes if o.decision_id == choice.id), None),
+            lambda: next((o for o in self._heard[Outcome] if o.decision_id == choice.id), None),
             120.0,
             'an outcome of the decision',
         )
@@ -139,19 +118,14 @@ class DemoNode(Node):
     def _show(self, act: story.Act) -> None:
         self._tell(f'A person shows: {act.title()}.')
         self._by_hand(act.object, act.action)
-        demo = self._until(
-            lambda: next(iter(self._heard.demonstrations), None), 20.0, 'a demonstration event'
-        )
+        demo = self._first(Demonstration, 20.0, 'a demonstration event')
         self._keep_middle('a person shows')
         self._tell(story.demonstration(demo))
         if (demo.object, demo.x_i, demo.x_f) != (act.object, act.start, act.end):
             raise StoryStoppedError(
                 f'Expected to see {act.title()}; the camera saw something else.'
             )
-        goal_belief = self._until(
-            lambda: next(iter(self._heard.beliefs), None), 10.0, 'a goal belief'
-        )
-        self._tell(story.belief(goal_belief))
+        self._tell(story.belief(self._first(GoalBelief, 10.0, 'a goal belief')))
 
     def _put_back(self, act: story.Act) -> None:
         at_goal = self._next_decision()
@@ -167,10 +141,8 @@ class DemoNode(Node):
         self._reel.clear()
 
     def _next_decision(self) -> Decision:
-        choice = self._until(
-            lambda: next(iter(self._heard.decisions), None), 20.0, 'a decision of the robot'
-        )
-        self._heard.decisions.remove(choice)
+        choice = self._first(Decision, 20.0, 'a decision of the robot')
+        self._heard[Decision].remove(choice)
         return choice
 
     def _answer(self, choice: Decision) -> str:
@@ -182,20 +154,14 @@ class DemoNode(Node):
                 f'Expected request {choice.id} to be pending, got: {listed.message}'
             )
         self._tell(f'The robot asks: {pending[0].question}')
-        answer, name = self._operator.ask(pending[0], self._check)
+        answer, name = self._operator(pending[0], self._check)
         if answer == DONE_BY_HAND:
             self._tell(f'{name[0].upper()}{name[1:]} does it by hand.')
             self._by_hand(choice.object, Action(choice.goal))
-        reply = self._call(
-            self._ask,
-            AskHuman.Request(
-                command=AskHuman.Request.ANSWER,
-                request_id=choice.id,
-                answer=answer,
-                answered_by=name,
-            ),
-            10.0,
+        given = AskHuman.Request(
+            command=AskHuman.Request.ANSWER, request_id=choice.id, answer=answer, answered_by=name
         )
+        reply = self._call(self._ask, given, 10.0)
         if not reply.success:
             raise StoryStoppedError(f'Expected the answer to be taken, got: {reply.message}')
         self._tell(reply.message)
@@ -221,6 +187,10 @@ class DemoNode(Node):
         self._until(future.done, timeout, f'an answer from {client.srv_name}')
         return future.result()
 
+    def _first(self, kind: type[T], timeout: float, what: str) -> T:
+        """The first message of a type that was heard since the act began."""
+        return self._until(lambda: self._heard[kind], timeout, what)[0]
+
     def _until(self, predicate: Callable[[], T | None], timeout: float, what: str) -> T:
         deadline = time.monotonic() + timeout
         while not (value := predicate()):
@@ -235,6 +205,9 @@ class DemoNode(Node):
         if not rclpy.ok():
             raise StoryStoppedError('Interrupted.')
 
+    def _hear(self, kind: type, message: Any) -> None:
+        self._heard[kind].append(message)
+
     def _on_table(self, message: TableState) -> None:
         self._table = message
 
@@ -242,20 +215,17 @@ class DemoNode(Node):
         """Keep the next picture that perception draws."""
         self._reel.clear()
         self._until(lambda: self._reel, 10.0, 'a picture on table_overlay')
-        self._panels.append(Panel(title, pixels(self._reel[-1])))
-        self._reel.clear()
+        self._keep(title, self._reel[-1])
 
     def _keep_middle(self, title: str) -> None:
         """Keep the picture from half way through what just went on."""
         if self._reel:
-            self._panels.append(Panel(title, pixels(self._reel[len(self._reel) // 2])))
+            self._keep(title, self._reel[len(self._reel) // 2])
+
+    def _keep(self, title: str, image: Image) -> None:
+        size = image.height, image.width, image.step
+        self._panels.append(Panel(title, decode_rgb(image.data, image.encoding, *size)))
         self._reel.clear()
-
-
-def pixels(image: Image) -> NDArray[np.uint8]:
-    """The (H, W, 3) pixels of an rgb8 image."""
-    flat = np.frombuffer(image.data, dtype=np.uint8).reshape(image.height, image.step)
-    return flat[:, : 3 * image.width].reshape(image.height, image.width, 3)
 
 
 def play_story(

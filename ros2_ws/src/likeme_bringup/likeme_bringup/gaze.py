@@ -23,8 +23,8 @@ from likeme_bringup.gaze_mentor_node import (
 )
 from likeme_bringup.gaze_trials import HEADER, draw_trials, line, score, summary, turn_of
 from likeme_bringup.one_cell import AlreadyRunningError, claim
-from likeme_bringup.start_cell import LAST_DOMAIN
-from likeme_bringup.supervisor import die_with_parent, interrupt
+from likeme_bringup.processes import running
+from likeme_bringup.start_cell import Domain
 from likeme_inference.mentor.settings import Blindfold
 
 #: s a gaze node has to end after SIGINT.
@@ -58,9 +58,7 @@ def main(
     start: Annotated[
         bool, typer.Option('--start/--no-start', help='Start a gaze node, or use one that runs.')
     ] = True,
-    domain: Annotated[
-        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-    ] = 0,
+    domain: Domain = 0,
 ) -> None:
     """Let a simulated mentor look at targets, and see whether the robot follows its gaze.
 
@@ -109,30 +107,15 @@ def _play(person: MentorNode, count: int, seed: int, group: Blindfold, blindfold
 @contextmanager
 def _own_node(name: str, domain: int, seed: int, points: int) -> Iterator[Callable[[], None]]:
     """Run a gaze node; yields a check that raises once it has ended."""
-    command = [
-        sys.executable,
-        '-m',
-        'likeme_inference.gaze_node',
-        '--ros-args',
-        '-r',
-        f'__node:={name}',
-    ]
-    command += ['-p', f'seed:={seed}', '-p', f'training_points:={points}']
-    with claim(domain, ['gaze']), tempfile.TemporaryFile() as log:
-        process = subprocess.Popen(
-            command,
-            env=os.environ | {'ROS_DOMAIN_ID': str(domain)},
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            # The terminal's Ctrl-C is for this process, which then ends the node.
-            process_group=0,
-            preexec_fn=die_with_parent(os.getpid()),
-        )
-        try:
-            yield lambda: _check(process, log)
-        finally:
-            interrupt(process, GRACE)
+    command = [sys.executable, '-m', 'likeme_inference.gaze_node', '--ros-args']
+    command += ['-r', f'__node:={name}', '-p', f'seed:={seed}', '-p', f'training_points:={points}']
+    environment = {'ROS_DOMAIN_ID': str(domain)}
+    with (
+        claim(domain, ['gaze']),
+        tempfile.TemporaryFile() as log,
+        running(command, log, GRACE, environment) as process,
+    ):
+        yield lambda: _check(process, log)
 
 
 def _check(process: subprocess.Popen[bytes], log: Any) -> None:

@@ -29,7 +29,7 @@ from likeme_bringup.learning.keeping import (
 )
 from likeme_bringup.learning.telling import Telling
 from likeme_bringup.one_cell import AlreadyRunningError, claim
-from likeme_bringup.start_cell import LAST_DOMAIN
+from likeme_bringup.start_cell import Domain
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.sighting import CellGoneError, TrialVoidError
@@ -79,9 +79,7 @@ def learn_command(
     robot: Annotated[
         str | None, typer.Option(help="Live: name of the body; else the simulated one's.")
     ] = None,
-    domain: Annotated[
-        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-    ] = 0,
+    domain: Domain = 0,
     store: Store = None,
 ) -> None:
     """Try every action on every object from every state, and record what the camera saw of it."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
-import yaml
 
 from likeme_bringup.one_cell import AlreadyRunningError, claim
+from likeme_bringup.replaying.settings import read_yaml
 from likeme_bringup.supervisor import Child, Supervisor
 
 
@@ -68,8 +68,8 @@ class Settings(NamedTuple):
 
 
 DEFAULTS = Settings()
-# The greatest that DDS has ports for.
-LAST_DOMAIN = 232
+# Up to the greatest that DDS has ports for.
+Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
 
 def executable(part: Part) -> tuple[str, str]:
@@ -103,12 +103,9 @@ def parameter_file(path: Path) -> Path:
         typer.BadParameter: it is no YAML, or not laid out as node: ros__parameters: name: value.
     """
     try:
-        nodes = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        reason = ' '.join(str(error).split())
-        raise typer.BadParameter(
-            f'{path} cannot be read: {reason}', param_hint='--params'
-        ) from None
+        nodes = read_yaml(path)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint='--params') from None
     laid_out = isinstance(nodes, dict) and all(
         isinstance(node, dict) and 'ros__parameters' in node for node in nodes.values()
     )
@@ -154,9 +151,7 @@ def start_cell(
             exists=True, dir_okay=False, help='ROS parameter file; config/cell.yaml has all names.'
         ),
     ] = None,
-    domain: Annotated[
-        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-    ] = 0,
+    domain: Domain = 0,
 ) -> None:
     """Start arm driver, perception and inference; Ctrl-C ends them all."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)

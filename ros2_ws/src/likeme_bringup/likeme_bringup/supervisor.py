@@ -1,26 +1,23 @@
 """Several processes as one: when one ends all end, and none outlives the supervisor.
 
-Linux only: pidfd to notice an end, PR_SET_PDEATHSIG so that not even `kill -9` of the supervisor
-leaves an orphan.
+Linux only: pidfd to notice an end.
 """
 
 from __future__ import annotations
 
-import ctypes
 import os
 import selectors
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import FrameType
 from typing import NamedTuple, TextIO
 
-PR_SET_PDEATHSIG = 1
-# Loaded before any fork: importing between fork and exec is not safe.
-_LIBC = ctypes.CDLL(None, use_errno=True)
+from likeme_bringup import processes
+
 COLOURS = ('36', '33', '35', '32', '34', '31')
 
 
@@ -57,32 +54,6 @@ class _Running:
     rest: bytes = b''
 
 
-def die_with_parent(parent: int) -> Callable[[], None]:
-    """A `preexec_fn` that has the kernel kill the child when process `parent` dies.
-
-    SIGKILL, because then nobody is left who could insist. The death of the *thread* that forks
-    counts: start children from a thread that lives as long as they should.
-    """
-
-    def before_exec() -> None:
-        _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        # The parent may have died before the line above: nothing would tell us any more.
-        if os.getppid() != parent:
-            os._exit(1)
-
-    return before_exec
-
-
-def interrupt(process: subprocess.Popen[bytes], grace: float) -> None:
-    """Have a process end by SIGINT, or by SIGKILL after `grace` s; returns when it has."""
-    process.send_signal(signal.SIGINT)
-    try:
-        process.wait(grace)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-
-
 class Supervisor:
     """Starts children, forwards their lines with a prefix, ends them all.
 
@@ -94,14 +65,13 @@ class Supervisor:
         self,
         children: Sequence[Child],
         out: TextIO | None = None,
-        colour: bool | None = None,
         grace: float = 5.0,
     ) -> None:
         """`grace`: seconds a child has after SIGINT, and again after SIGTERM, before SIGKILL."""
         self.children = tuple(children)
         self.grace = grace
         self._out = sys.stdout if out is None else out
-        self._colour = self._out.isatty() if colour is None else colour
+        self._colour = self._out.isatty()
         self._running: dict[str, _Running] = {}
         self._selector = selectors.DefaultSelector()
         self._ended: list[Ended] = []
@@ -112,11 +82,6 @@ class Supervisor:
 
     def __exit__(self, *_: object) -> None:
         self.stop()
-
-    @property
-    def pids(self) -> dict[str, int]:
-        """Process ids of the children that run, by name."""
-        return {name: child.process.pid for name, child in self._running.items()}
 
     def say(self, sentence: str) -> None:
         """One line of the supervisor's own."""
@@ -190,16 +155,8 @@ class Supervisor:
             os.close(wake_write)
 
     def _start(self, child: Child, label: str, colour: str) -> None:
-        process = subprocess.Popen(
-            child.command,
-            env=os.environ | dict(child.environment),
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            # A group of its own: the terminal's Ctrl-C reaches a child once, through `stop`.
-            process_group=0,
-            preexec_fn=die_with_parent(os.getpid()),
-        )
+        # In a group of its own the terminal's Ctrl-C reaches a child once, through `stop`.
+        process = processes.start(child.command, subprocess.PIPE, child.environment)
         assert process.stdout is not None
         os.set_blocking(process.stdout.fileno(), False)
         pidfd = os.pidfd_open(process.pid)

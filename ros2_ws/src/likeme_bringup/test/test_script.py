@@ -8,22 +8,13 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.scene import CameraMount
+from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.errors import BagError
 from likeme_bags.values import Record
 from likeme_bringup.replaying import camera_messages
 from likeme_bringup.replaying.definitions import definitions
 from likeme_bringup.replaying.performance import Done, Prompter
-from likeme_bringup.replaying.script import (
-    COLOUR,
-    DEPTH,
-    FRAME_DONE,
-    HEARD,
-    INFO,
-    NEEDED,
-    Frame,
-    Script,
-    Source,
-)
+from likeme_bringup.replaying.script import FRAME_DONE, HEARD, NEEDED, Frame, Script, Source
 from likeme_inference.rehearsal import Cue, Input
 
 SECOND = 1_000_000_000

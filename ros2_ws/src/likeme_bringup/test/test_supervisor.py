@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 
 from likeme_bringup.supervisor import Child, Ended, Supervisor
@@ -78,12 +79,13 @@ def test_an_end_by_a_signal_is_named() -> None:
 
 
 def test_a_child_that_cannot_start_ends_the_others() -> None:
+    before = psutil.Process().children()
     supervisor = Supervisor(
         [python('stays', PATIENT), Child('absent', ['/no/such/program'])], out=io.StringIO()
     )
     with pytest.raises(FileNotFoundError):
         supervisor.start()
-    assert supervisor.pids == {}
+    assert psutil.Process().children() == before
 
 
 def test_stop_asks_politely_first() -> None:

@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from itertools import islice
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
 from likeme_bringup.imitating.episodes import Task, make_episode
 from likeme_bringup.imitating.journal import Journal
 from likeme_bringup.learning.offline import Crew, local_crew
+from likeme_bringup.time_left import TimeLeft
 from likeme_inference.experiments.episode import Episode
 
 #: s between lines where there is no terminal.
@@ -41,10 +32,12 @@ def episodes(
     missing = [task for task in wanted if task not in journal.episodes]
     if missing:
         try:
-            with local_crew(workers) as crew, _telling(len(wanted), len(missing), console) as told:
-                for made in _made(crew, missing, model_text):
+            done = len(wanted) - len(missing)
+            bar = TimeLeft(console, 'episodes', len(wanted), done, EVERY)
+            with local_crew(workers) as crew, bar.shown():
+                for number, made in enumerate(_made(crew, missing, model_text), done + 1):
                     journal.add(made)
-                    told.one_more()
+                    bar.one_more(f'{number} of {len(wanted)} episodes')
         except BrokenProcessPool:
             raise ChildProcessError(
                 'A process that makes episodes died. The same command goes on from here.'
@@ -69,38 +62,3 @@ def _made(crew: Crew, missing: Sequence[Task], model_text: str) -> Iterator[Epis
         done, running = wait(running, return_when=FIRST_COMPLETED)
         for future in done:
             yield future.result()
-
-
-class _Telling:
-    """A bar with the time left, or now and then a line."""
-
-    def __init__(self, wanted: int, missing: int, console: Console) -> None:
-        self._wanted, self._missing, self._made = wanted, missing, 0
-        self._console = console
-        self._began = self._told = time.monotonic()
-        self.bars = Progress(
-            TextColumn('episodes'), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
-            TextColumn('left'), TimeRemainingColumn(), console=console,
-            disable=not console.is_terminal,
-        )  # fmt: skip
-        self._bar = self.bars.add_task('', total=wanted, completed=wanted - missing)
-
-    def one_more(self) -> None:
-        """An episode more."""
-        self._made += 1
-        self.bars.update(self._bar, advance=1)
-        now = time.monotonic()
-        if not self._console.is_terminal and now - self._told >= EVERY:
-            self._told = now
-            left = (self._missing - self._made) * (now - self._began) / self._made
-            done = self._wanted - self._missing + self._made
-            self._console.print(
-                f'{done} of {self._wanted} episodes; about {left:.0f} s left', highlight=False
-            )
-
-
-@contextmanager
-def _telling(wanted: int, missing: int, console: Console) -> Iterator[_Telling]:
-    telling = _Telling(wanted, missing, console)
-    with telling.bars:
-        yield telling

@@ -13,14 +13,14 @@ from typing import NamedTuple
 from likeme_arm_sim import scene as sim
 from likeme_arm_sim.cell import Actor, Cell
 from likeme_bringup.imitating.watching import (
-    Watcher,
     background_of,
     by_hand,
+    eyes_on,
     lone_cell,
     new_cell,
-    watcher,
 )
-from likeme_bringup.learning.eyes import SHORTEST
+from likeme_bringup.learning.eyes import SHORTEST, Eyes
+from likeme_bringup.replaying.entries import view_of
 from likeme_inference.tabletop.domain import Action, Manner, State
 from likeme_inference.tabletop.values import Motion, MotionReport, TableView
 
@@ -40,7 +40,7 @@ class Stage:
     def __init__(self, name: str, x_i: State, seed: int) -> None:
         self._name, self._x_i, self._seed = name, x_i, seed
         self._robots = _robots_cell(name)
-        self._eyes: Watcher | None = None
+        self._eyes: Eyes | None = None
         self._made: Actions = ()
         self._known: dict[Actions, Done] = {}
         self._helped: dict[tuple[Actions, State], TableView] = {}
@@ -66,7 +66,7 @@ class Stage:
                     self._carry_out(cell, action)
                 assert self._eyes is not None, 'It has begun.'
                 by_hand(cell, self._eyes, self._name, Action.of(Manner.PLACE, goal))
-                self._helped[before, goal] = self._eyes.at_rest(self._name)
+                self._helped[before, goal] = view_of(self._eyes.at_rest())
             # What this stage saw last was another cell.
             self._eyes = None
         return self._helped[before, goal]
@@ -87,8 +87,8 @@ class Stage:
     def _begin(self, cell: Cell) -> TableView:
         cell.restart(self._seed)
         cell.reset([self._name], [self._x_i], self._seed)
-        self._eyes, self._made = watcher(cell, background_of(self._name)), ()
-        return self._eyes.at_rest(self._name)
+        self._eyes, self._made = eyes_on(cell, background_of(self._name)), ()
+        return view_of(self._eyes.at_rest())
 
     def _carry_out(self, cell: Cell, action: Action) -> Done:
         assert self._eyes is not None, 'It has begun.'
@@ -99,7 +99,7 @@ class Stage:
         report = MotionReport(Motion(int(ended.outcome)), ended.message, finished)
         # The frame that bears witness is one from after the motion.
         cell.step(SHORTEST)
-        return Done(report, self._eyes.at_rest(self._name))
+        return Done(report, view_of(self._eyes.at_rest()))
 
 
 @dataclass

@@ -1,11 +1,10 @@
-"""Eyes that see whole tables, and a person's act in front of them."""
+"""A person's act in a cell, and what perception makes of it."""
 
 from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import cache
 
 from likeme_arm_sim import scene as sim
@@ -13,14 +12,13 @@ from likeme_arm_sim.cell import Actor, Cell, CellSettings
 from likeme_arm_sim.scene import Scene
 from likeme_bringup.learning.eyes import Eyes
 from likeme_bringup.learning.trial_cell import BODY_SEED
-from likeme_bringup.replaying.entries import demonstration_of, view_of
+from likeme_bringup.replaying.entries import demonstration_of
 from likeme_inference.experiments.forecast import Case
 from likeme_inference.tabletop.domain import Action
-from likeme_inference.tabletop.values import Demonstration, TableView
+from likeme_inference.tabletop.values import Demonstration
 from likeme_perception.background import Background
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
-from likeme_perception.observation import TableObservation
 
 #: Physics steps between frames while a person acts: 12 Hz, as in the shipped recordings.
 STEPS_PER_FRAME = 20
@@ -28,24 +26,9 @@ STEPS_PER_FRAME = 20
 BEFORE, AFTER = 0.5, 1.5
 
 
-class Watcher(Eyes):
-    """Perception of one cell, for those who need more than one object's place."""
-
-    def see(self) -> TableObservation:
-        """A new frame, read."""
-        return self._see()
-
-    def at_rest(self, name: str) -> TableView:
-        """What is where once all is at rest, or after long enough."""
-        self.wait_for_rest(name)
-        assert self._table is not None, 'Somebody looked.'
-        return view_of(self._table)
-
-
 def new_cell(name: str) -> Cell:
     """A cell with one object in it, like the one in which the robot learned."""
-    settings = replace(CellSettings(), initial_states={})
-    return Cell(replace(Scene(), objects=(name,)), BODY_SEED, settings)
+    return Cell(Scene(objects=(name,)), BODY_SEED, CellSettings(initial_states={}))
 
 
 @contextmanager
@@ -69,12 +52,12 @@ def background_of(name: str) -> Background:
     """What the camera sees of a scene in which nothing moves, learned once in a process."""
     with lone_cell(name) as cell:
         cell.restart(BODY_SEED)
-        return watcher(cell, None).learn_background()
+        return eyes_on(cell, None).learn_background()
 
 
-def watcher(cell: Cell, background: Background | None) -> Watcher:
+def eyes_on(cell: Cell, background: Background | None) -> Eyes:
     """Fresh eyes on a cell."""
-    return Watcher(cell, PerceptionConfig(), load_catalogue(), background)
+    return Eyes(cell, PerceptionConfig(), load_catalogue(), background)
 
 
 def shown(case: Case, seed: int) -> tuple[Demonstration, ...]:
@@ -82,11 +65,11 @@ def shown(case: Case, seed: int) -> tuple[Demonstration, ...]:
     with lone_cell(case.object) as cell:
         cell.restart(seed)
         cell.reset([case.object], [case.x_i], seed)
-        eyes = watcher(cell, background_of(case.object))
+        eyes = eyes_on(cell, background_of(case.object))
         return by_hand(cell, eyes, case.object, Action.of(case.manner, case.x_f))
 
 
-def by_hand(cell: Cell, eyes: Watcher, name: str, action: Action) -> tuple[Demonstration, ...]:
+def by_hand(cell: Cell, eyes: Eyes, name: str, action: Action) -> tuple[Demonstration, ...]:
     """A person does something; the acts that perception found."""
     acts: list[Demonstration] = []
 

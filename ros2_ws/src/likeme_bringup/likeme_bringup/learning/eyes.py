@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from likeme_arm_sim import scene as sim
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_perception.background import Background
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import Catalogue
@@ -27,8 +27,6 @@ FASTEST = 0.26
 PATIENCE = 10.0
 #: s between looks at what has not come to rest yet.
 GLANCE = 0.2
-#: The frames' frame_id.
-FRAME = 'camera_rgb_optical_frame'
 
 
 class Eyes:
@@ -46,23 +44,22 @@ class Eyes:
         self._table: TableObservation | None = None
         self._due, self._earliest = 0.0, 0.0
         self._awaited: State | None = None
-        self.frames = 0
 
     def learn_background(self) -> Background:
         """What the camera sees of the scene that stands still, from as many frames as it takes."""
         while self._perception.background is None:
             self._cell.step(SHORTEST)
-            self._see()
+            self.see()
         return self._perception.background
 
-    def wait_for_rest(self, name: str) -> ObjectObservation:
+    def at_rest(self) -> TableObservation:
         """Let time pass until the camera sees the whole table at rest, or for long enough."""
-        table, until = self._see(), self._cell.time + PATIENCE
+        table, until = self.see(), self._cell.time + PATIENCE
         pause = self._config.settle_time
         while not table.settled and self._cell.time < until:
             self._cell.step(pause)
-            table, pause = self._see(), GLANCE
-        return table.object(name)
+            table, pause = self.see(), GLANCE
+        return table
 
     def look_out_for(self, state: int) -> None:
         """What a push waits for: until an object can be there, it need not be looked at."""
@@ -70,17 +67,20 @@ class Eyes:
 
     def look(self, name: str) -> ObjectView | None:
         """What the arm is told about an object: a new frame where the last one is too old."""
-        if self._table is None or self._cell.time >= self._due:
-            self._table = self._see()
-            self._due = self._next(self._table.object(name))
-        return view_of(self._table.object(name))
+        table = self._table
+        if table is None or self._cell.time >= self._due:
+            table = self.see()
+            self._due = self._next(table.object(name))
+        return object_view(table.object(name))
 
-    def _see(self) -> TableObservation:
+    def see(self) -> TableObservation:
+        """A new frame, read."""
         images = self._cell.frame()
         stamp, depth = round(self._cell.time * 1e9), depth_in_metres(images.depth_mm)
-        self._table = self._perception.process(RgbdFrame(stamp, FRAME, images.rgb, depth))
+        self._table = self._perception.process(
+            RgbdFrame(stamp, sim.CAMERA_FRAME, images.rgb, depth)
+        )
         self._due = self._cell.time + SHORTEST
-        self.frames += 1
         return self._table
 
     def _next(self, seen: ObjectObservation) -> float:
@@ -106,7 +106,7 @@ def distance_to_state(regions: Regions, x: float, y: float, state: State | None)
     return min(sides, abs(y - line)) if state is None or outside else abs(y - line)
 
 
-def view_of(seen: ObjectObservation) -> ObjectView | None:
+def object_view(seen: ObjectObservation) -> ObjectView | None:
     """An object as the arm is told of it; None when it was never seen."""
     if seen.shape is None:
         return None

@@ -23,10 +23,10 @@ from itertools import islice
 from typing import Any, NamedTuple, cast
 
 from likeme_bringup.learning.trial_cell import make_trial
-from likeme_bringup.supervisor import die_with_parent
+from likeme_bringup.processes import die_with_parent
 from likeme_inference.experience.campaign import Progress
 from likeme_inference.experience.store import ExperienceStore
-from likeme_inference.experience.trial import Trial, TrialKey
+from likeme_inference.experience.trial import Trial
 
 #: Trials handed out to each process ahead of time, so that none waits for work.
 AHEAD = 3
@@ -64,7 +64,7 @@ def learn(progress: Progress, store: ExperienceStore, crew: Crew, on_trial: OnTr
     try:
         while True:
             for key in islice(keys, ahead - len(running)):
-                running.add(_submit(crew.executor, key, campaign.seed))
+                running.add(crew.executor.submit(make_trial, key, campaign.seed))
             if not running:
                 return
             done, running = wait(running, return_when=FIRST_COMPLETED)
@@ -76,10 +76,6 @@ def learn(progress: Progress, store: ExperienceStore, crew: Crew, on_trial: OnTr
     finally:
         for future in running:
             future.cancel()
-
-
-def _submit(executor: Executor, key: TrialKey, seed: int) -> Future[Trial]:
-    return executor.submit(make_trial, key, seed)
 
 
 @contextmanager

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from likeme_bringup.supervisor import die_with_parent, interrupt
+from likeme_bringup.processes import interrupt, start
 
 #: s a cell has to end in.
 GRACE = 20.0
@@ -52,10 +51,7 @@ class OwnCell:
             )
         self._starts += 1
         with self._log.open('ab') as out:
-            self._process = subprocess.Popen(
-                self._command, stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT,
-                preexec_fn=die_with_parent(os.getpid()), process_group=0,
-            )  # fmt: skip
+            self._process = start(self._command, out)
         return True
 
     def worked(self) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import replace
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 
 import cv2
 
-from likeme_arm_sim.cell import Actor, Cell, CellSettings
+from likeme_arm_sim.cell import Actor, CellSettings
+from likeme_arm_sim.offline import lone_cell
 from likeme_arm_sim.scene import Scene
 from likeme_bringup.learning.eyes import Eyes
 from likeme_inference.experience.trial import COUNTED, Place, Trial, TrialKey
@@ -39,14 +39,10 @@ class TrialCell:
     def __init__(self, name: str, settings: CellSettings | None = None) -> None:
         """name: of the object. settings: of the cell, but for its initial states."""
         self._name = name
-        settings = replace(settings or CellSettings(), initial_states={})
-        self._cell = Cell(replace(Scene(), objects=(name,)), BODY_SEED, settings)
-        # One object, and the arm far above it: a swing there and home touches nothing.
-        self._cell.arm.swift = True
+        self._cell = lone_cell(name, settings)
         self._config, self._known = PerceptionConfig(), load_catalogue()
         self._cell.restart(BODY_SEED)
         self._background = Eyes(self._cell, self._config, self._known, None).learn_background()
-        self.frames = 0
 
     def run(self, key: TrialKey, campaign_seed: int) -> Trial:
         """Make one trial: x_i, the place acted at and x_f are what the camera saw.
@@ -68,15 +64,14 @@ class TrialCell:
         cell.restart(seed)
         cell.reset([name], [x_i], seed)
         eyes = Eyes(cell, self._config, self._known, self._background)
-        before = eyes.wait_for_rest(name)
+        before = eyes.at_rest().object(name)
         if int(before.state) != x_i:
             raise TrialFailedError(
                 f'Expected to see the {name} {x_i.name}, got {before.state.name}.'
             )
         eyes.look_out_for(key.pair.action.target)
         motion = cell.run_action(Actor.ROBOT, name, key.pair.action, eyes.look)
-        after = eyes.wait_for_rest(name)
-        self.frames += eyes.frames
+        after = eyes.at_rest().object(name)
         outcome = Motion(int(motion.outcome))
         if outcome not in COUNTED or int(after.state) not in list(State):
             raise TrialFailedError(f'{motion.message} It was seen {after.state.name} then.')
@@ -101,7 +96,7 @@ def simulated_robot() -> str:
     Everything that may change how a trial ends and is a number is part of it: the scene, the
     physics, the arm's primitives, the sensor, perception.
     """
-    body = PROTOCOL, Scene(), replace(CellSettings(), initial_states={}), PerceptionConfig()
+    body = PROTOCOL, Scene(), CellSettings(initial_states={}), PerceptionConfig()
     return f'sim-{sha256(repr(body).encode()).hexdigest()[:8]}'
 
 

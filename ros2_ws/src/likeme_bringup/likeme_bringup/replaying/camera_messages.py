@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_arm_sim.scene import CameraMount
+from likeme_arm_sim.scene import CAMERA_FRAME, CameraMount
+from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.values import Record
 from likeme_bringup.replaying.definitions import definitions
-from likeme_bringup.replaying.script import COLOUR, DEPTH, INFO, NEEDED
+from likeme_bringup.replaying.script import NEEDED
 from likeme_inference.rehearsal import Cue
-
-FRAME_ID = 'camera_rgb_optical_frame'
 
 
 def time_of(stamp: int) -> Any:
@@ -22,9 +21,9 @@ def time_of(stamp: int) -> Any:
     return definitions().make('builtin_interfaces/msg/Time', sec=sec, nanosec=nanosec)
 
 
-def header(stamp: int, frame_id: str = FRAME_ID) -> Any:
-    """A header message."""
-    return definitions().make('std_msgs/msg/Header', stamp=time_of(stamp), frame_id=frame_id)
+def header(stamp: int) -> Any:
+    """A header message in the camera's frame."""
+    return definitions().make('std_msgs/msg/Header', stamp=time_of(stamp), frame_id=CAMERA_FRAME)
 
 
 def frame_records(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -81,8 +81,10 @@ def _plain(value: Any) -> Any:
     """A field's value as JSON that does not depend on where it comes from."""
     if isinstance(value, float):
         return None if math.isnan(value) else float(f'{value:.{DIGITS}g}')
-    if isinstance(value, bool | int | str):
-        return int(value) if type(value) is not bool and isinstance(value, int) else _text(value)
+    for kind in (bool, int, str):
+        # Enums as what they stand for.
+        if isinstance(value, kind):
+            return kind(value)
     if hasattr(value, 'nanosec'):
         return _nanoseconds(value)
     if hasattr(value, 'tolist'):
@@ -92,12 +94,5 @@ def _plain(value: Any) -> Any:
     raise TypeError(f'Expected a number, a text, a time or a list of them, got {value!r}.')
 
 
-def _text(value: bool | str) -> bool | str:
-    return value if isinstance(value, bool) else str(value)
-
-
 def _nanoseconds(stamp: Any) -> int:
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-
-
-Tell = Callable[[Entry], None]

@@ -90,12 +90,10 @@ class Definitions:
             for other in re.findall(r'^\s*(\w+)/\w+', text, re.MULTILINE):
                 if not any(name.startswith(f'{other}/') for name in self.store.fielddefs):
                     self._read_package(other)
-        known = {n: d for name, text in texts.items() for n, d in _types(text, name).items()}
+        known = {
+            n: d for name, text in texts.items() for n, d in get_types_from_msg(text, name).items()
+        }
         self.store.register({n: d for n, d in known.items() if n not in self.store.fielddefs})
-
-
-def _types(text: str, name: str) -> dict[str, Any]:
-    return dict(get_types_from_msg(text, name))
 
 
 @lru_cache(maxsize=1)

@@ -13,12 +13,15 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 
+from likeme_bags.adapting import COLOUR, DEPTH, INFO
+from likeme_bags.headers import header_stamp
 from likeme_bringup.replaying.decision_log import TOPICS, Entry, Event, entry_of, in_order
-from likeme_bringup.replaying.messages import cue_message, nanoseconds, time_of
+from likeme_bringup.replaying.messages import cue_message
 from likeme_bringup.replaying.patient_node import NotPlayedError, PatientNode
 from likeme_bringup.replaying.performance import Done
-from likeme_bringup.replaying.script import COLOUR, DEPTH, INFO, Frame, header_stamp
+from likeme_bringup.replaying.script import Frame
 from likeme_bringup.replaying.transport import Transport
+from likeme_inference.messages import stamp_ns, time_msg
 from likeme_inference.rehearsal import Cue, Input
 from likeme_msgs import msg as messages
 from likeme_msgs.msg import FrameDone, Heard
@@ -92,7 +95,7 @@ class LockstepNode(PatientNode):
         self._table = data
 
     def _on_done(self, done: FrameDone) -> None:
-        stamp = nanoseconds(done.header.stamp)
+        stamp = stamp_ns(done.header.stamp)
         if done.kind == FrameDone.CAMERA_INFO:
             self._infos.add(stamp)
         else:
@@ -110,7 +113,7 @@ class LockstepNode(PatientNode):
         """
         for node in ('perception_node', 'inference_node'):
             client = AsyncParameterClient(self, node)
-            self._until(
+            self.until(
                 client.services_are_ready,
                 DISCOVERY,
                 f'Expected {node} on this ROS domain, got none within {DISCOVERY:g} s: start it '
@@ -120,10 +123,10 @@ class LockstepNode(PatientNode):
         self._check_alone()
         for topic, publisher in self._pubs.items():
             said = f'Expected perception to listen to {topic}, got nobody.'
-            self._until(publisher.get_subscription_count, DISCOVERY, said)
+            self.until(publisher.get_subscription_count, DISCOVERY, said)
         said = 'Expected inference to listen to hear_again, got nobody: is it an older one?'
-        self._until(self._cues.get_subscription_count, DISCOVERY, said)
-        self._until(self._answers, DISCOVERY, 'Expected inference to acknowledge, got nothing.')
+        self.until(self._cues.get_subscription_count, DISCOVERY, said)
+        self.until(self._answers, DISCOVERY, 'Expected inference to acknowledge, got nothing.')
         self._heard.clear()
 
     def _check_alone(self) -> None:
@@ -141,11 +144,11 @@ class LockstepNode(PatientNode):
         client = AsyncParameterClient(self, 'inference_node')
         if client.services_are_ready():
             future = client.set_parameters([Parameter('replayed', value=False)])
-            self._until(future.done, 5.0, 'Expected inference_node to be let go, got no answer.')
+            self.until(future.done, 5.0, 'Expected inference_node to be let go, got no answer.')
 
     def show(self, frame: Frame) -> Done:
         """Send a frame when it is due and wait until perception is done with it."""
-        self._transport.wait(frame.depth.stamp, self._spin)
+        self._transport.wait(frame.depth.stamp, self.spin)
         self._check_alone()
         self._tell_time(frame.stamp)
         self._show_info(frame)
@@ -159,7 +162,7 @@ class LockstepNode(PatientNode):
         if done.kind == FrameDone.REFUSED:
             return Done(False, refused=done.reason)
         count = int(done.demonstrations)
-        self._until(
+        self.until(
             lambda: len(self._acts.get(frame.stamp, ())) >= count,
             PATIENCE,
             f'Expected {count} demonstrations of stamp {frame.stamp} ns, got fewer.',
@@ -170,7 +173,7 @@ class LockstepNode(PatientNode):
         """Give a cue and wait until all it led to is here."""
         heard = self._given(cue_message(cue), cue.kind)
         self.misfits += heard.refused and not cue.kind.comes_by_topic
-        self._until(
+        self.until(
             lambda: self._received >= heard.events,
             PATIENCE,
             f'Expected {heard.events} beliefs, decisions and outcomes, got {self._received}.',
@@ -196,7 +199,7 @@ class LockstepNode(PatientNode):
         while not done():
             for topic, data in parts:
                 self._pubs[topic].publish(data)
-            if self._wait(done, RESEND):
+            if self.wait(done, RESEND):
                 return
             if time.monotonic() > deadline:
                 raise NotPlayedError(
@@ -208,9 +211,9 @@ class LockstepNode(PatientNode):
         self._cues.publish(message)
         said = f'Expected inference to acknowledge {kind.name}, got nothing for {PATIENCE:g} s.'
         while True:
-            if not self._wait(lambda: bool(self._heard), RESEND) and kind is Input.TABLE_STATE:
+            if not self.wait(lambda: bool(self._heard), RESEND) and kind is Input.TABLE_STATE:
                 self._tables.publish(self._table)
-            self._until(lambda: self._heard, PATIENCE, said)
+            self.until(lambda: self._heard, PATIENCE, said)
             heard = self._heard.popleft()
             # A question whether anybody listens may be answered late.
             if heard.kind == kind:
@@ -218,7 +221,7 @@ class LockstepNode(PatientNode):
 
     def _answers(self) -> bool:
         self._cues.publish(cue_message(Cue(Input.NOTHING, 0, None)))
-        return self._wait(lambda: bool(self._heard), 0.5)
+        return self.wait(lambda: bool(self._heard), 0.5)
 
     def _start_anew(self, client: AsyncParameterClient, node: str) -> None:
         if node == 'inference_node':
@@ -232,10 +235,10 @@ class LockstepNode(PatientNode):
                 raise NotPlayedError(f'{node} does not start anew: {result.reason}')
 
     def _result(self, future: Any, node: str) -> Any:
-        self._until(future.done, DISCOVERY, f'Expected an answer of {node}, got none.')
+        self.until(future.done, DISCOVERY, f'Expected an answer of {node}, got none.')
         return future.result()
 
     def _tell_time(self, stamp: int) -> None:
         self._time = max(self._time, stamp)
         if self._clock is not None:
-            self._clock.publish(Clock(clock=time_of(self._time)))
+            self._clock.publish(Clock(clock=time_msg(self._time)))

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from likeme_bags.reading import open_bag
+from likeme_bags.reading import Bag, open_bag
 from likeme_bringup.replaying.cores import Cores
 from likeme_bringup.replaying.decision_log import Entry
 from likeme_bringup.replaying.foreign import ReadSource, adapted
-from likeme_bringup.replaying.performance import Tally, perform
+from likeme_bringup.replaying.performance import Stage, Tally, perform
 from likeme_bringup.replaying.script import Script
 from likeme_bringup.replaying.verdict import Agreement, compare, recorded_entries
 
@@ -53,14 +53,18 @@ def replay_offline(
         BagError: the bag cannot be replayed.
         ValueError: a parameter makes no sense.
     """
-    entries: list[Entry] = []
     nodes = ('perception_node', 'inference_node')
     cores = Cores(*(parameters.get(node) for node in nodes))
     with open_bag(path) as bag:
-        script = Script((source or adapted({}, {}))(bag, start, end))
-        tally = perform(script.steps(), script.live, cores, entries.append)
-        tally.misfits = cores.misfits
-        tally.unpaired, tally.unread = script.unpaired, script.unread
-        tally.unreadable = script.unreadable
-        agreements = tuple(compare(recorded_entries(bag), entries))
-        return Replayed(entries, tally, bag.warnings, bag.complete, agreements)
+        return replayed(Script((source or adapted({}, {}))(bag, start, end)), bag, cores)
+
+
+def replayed(script: Script, bag: Bag, stage: Stage) -> Replayed:
+    """Perform the script of a bag on a stage; how it went."""
+    entries: list[Entry] = []
+    tally = perform(script.steps(), script.live, stage, entries.append)
+    tally.misfits = stage.misfits
+    tally.unpaired, tally.unread = script.unpaired, script.unread
+    tally.unreadable = script.unreadable
+    agreements = tuple(compare(recorded_entries(bag), entries))
+    return Replayed(entries, tally, bag.warnings, bag.complete, agreements)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -14,8 +12,8 @@ from typing import Any
 import yaml
 
 from likeme_bringup.one_cell import is_free
+from likeme_bringup.processes import running
 from likeme_bringup.start_cell import Part
-from likeme_bringup.supervisor import die_with_parent, interrupt
 
 PARTS = Part.PERCEPTION, Part.INFERENCE
 #: s in which they must have ended.
@@ -38,20 +36,8 @@ def own_nodes(domain: int, parameters: Mapping[str, Mapping[str, Any]]) -> Itera
             file = Path(folder) / 'parameters.yaml'
             file.write_text(ros_parameters(parameters), encoding='utf-8')
             command += ['--params', str(file)]
-        with log.open('w', encoding='utf-8') as sink:
-            nodes = subprocess.Popen(
-                command,
-                stdin=subprocess.DEVNULL,
-                stdout=sink,
-                stderr=subprocess.STDOUT,
-                # Ctrl-C is for the player, which then ends them.
-                process_group=0,
-                preexec_fn=die_with_parent(os.getpid()),
-            )
-        try:
+        with log.open('wb') as sink, running(command, sink, GRACE):
             yield log
-        finally:
-            interrupt(nodes, GRACE)
 
 
 def ros_parameters(parameters: Mapping[str, Mapping[str, Any]]) -> str:

@@ -27,18 +27,21 @@ class PatientNode(Node):
         self._executor.shutdown()
         self.destroy_node()
 
-    def _until(self, condition: Callable[[], Any], seconds: float, sentence: str) -> None:
-        if not self._wait(condition, seconds):
+    def until(self, condition: Callable[[], Any], seconds: float, sentence: str) -> None:
+        """Wait until something holds; NotPlayedError with the sentence after so many s."""
+        if not self.wait(condition, seconds):
             raise NotPlayedError(sentence)
 
-    def _wait(self, condition: Callable[[], Any], seconds: float) -> bool:
+    def wait(self, condition: Callable[[], Any], seconds: float) -> bool:
+        """Wait until something holds, for so many s at most; whether it does."""
         deadline = time.monotonic() + seconds
         while not condition():
             left = deadline - time.monotonic()
             if left <= 0:
                 return False
-            self._spin(min(left, 0.1))
+            self.spin(min(left, 0.1))
         return True
 
-    def _spin(self, seconds: float) -> None:
+    def spin(self, seconds: float) -> None:
+        """Receive what has come, or what comes first within so many s."""
         self._executor.spin_once(timeout_sec=seconds)

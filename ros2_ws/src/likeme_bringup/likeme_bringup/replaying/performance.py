@@ -26,7 +26,12 @@ class Done(NamedTuple):
 
 
 class Stage(Protocol):
-    """Where a script is played."""
+    """Where a script is played.
+
+    misfits: what arm or operator said in the recorded run that made no sense here.
+    """
+
+    misfits: int
 
     def show(self, frame: Frame) -> Done:
         """Have perception read a frame; returns when it is done."""

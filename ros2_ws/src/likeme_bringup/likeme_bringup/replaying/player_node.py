@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import importlib
-import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from rclpy.duration import Duration
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos
 from rosgraph_msgs.msg import Clock
 
 from likeme_bags.values import Record, Topic
+from likeme_bringup.replaying.patient_node import PatientNode
 from likeme_bringup.replaying.transport import Transport
+from likeme_inference.messages import time_msg
 
 #: s to wait for somebody who listens before the first message.
 DISCOVERY = 3.0
@@ -29,7 +27,7 @@ DEPTH = 10
 OVERRIDES = ('history', 'depth', 'reliability', 'durability')
 
 
-class PlayerNode(Node):
+class PlayerNode(PatientNode):
     """Publishes the messages of a bag.
 
     Publishes: the topics of the bag; /clock if wanted, which only goes on, however often the bag
@@ -41,10 +39,8 @@ class PlayerNode(Node):
         tell: Callable[[str], None], **options: Any,
     ) -> None:  # fmt: skip
         """`qos`: overrides by topic; `tell`: what the user should know."""
-        super().__init__('player', start_parameter_services=False, **options)
+        super().__init__('player', **options)
         self._transport, self._qos, self._tell = transport, qos, tell
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self)
         self._clock = self.create_publisher(Clock, '/clock', 10) if clock else None
         self._pubs: dict[str, Any] = {}
         self._now = self._shift = 0
@@ -73,19 +69,14 @@ class PlayerNode(Node):
 
     def wait_for_listeners(self) -> None:
         """Give those who listen a moment to be found."""
-        left = DISCOVERY
-        while left > 0 and not any(p.get_subscription_count() for p in self._pubs.values()):
-            self._spend(0.1)
-            left -= 0.1
-        if left <= 0:
+        publishers = self._pubs.values()
+        if not self.wait(lambda: any(p.get_subscription_count() for p in publishers), DISCOVERY):
             self._tell('Nobody listens to any of the topics; playing all the same.')
         # They have found us, too, a moment later.
         self._spend(1.0)
 
     def _spend(self, seconds: float) -> None:
-        end = time.monotonic() + seconds
-        while (left := end - time.monotonic()) > 0:
-            self._spin(left)
+        self.wait(lambda: False, seconds)
 
     def play(self, records: Iterable[Record]) -> None:
         """Publish all records once, each when it is due."""
@@ -96,7 +87,7 @@ class PlayerNode(Node):
                 first = record.stamp
                 # A new round goes on where the last one ended.
                 self._shift = max(0, self._now + GAP - first) if self._now else 0
-            self._transport.wait(record.stamp, self._spin)
+            self._transport.wait(record.stamp, self.spin)
             self._tell_time(record.stamp + self._shift)
             publisher = self._pubs.get(record.topic)
             if publisher is not None:
@@ -107,19 +98,12 @@ class PlayerNode(Node):
         """Wait until those who listen reliably have everything, and let go."""
         for publisher in self._pubs.values():
             publisher.wait_for_all_acked(Duration(seconds=PARTING))
-        self._executor.shutdown()
-        self.destroy_node()
-
-    def _spin(self, seconds: float) -> None:
-        """Spend s at most."""
-        self._executor.spin_once(timeout_sec=seconds)
+        self.close()
 
     def _tell_time(self, stamp: int) -> None:
-        if stamp > self._now:
-            self._now = stamp
+        self._now = max(self._now, stamp)
         if self._clock is not None:
-            sec, nanosec = divmod(self._now, 1_000_000_000)
-            self._clock.publish(Clock(clock=Time(sec=sec, nanosec=nanosec)))
+            self._clock.publish(Clock(clock=time_msg(self._now)))
 
 
 def message_class(name: str) -> Any:

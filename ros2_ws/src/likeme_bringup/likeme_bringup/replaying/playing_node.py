@@ -13,19 +13,16 @@ from likeme_bags.adapting import Adaptation
 from likeme_bags.errors import BagError
 from likeme_bags.reading import Bag, open_bag
 from likeme_bringup.one_cell import AlreadyRunningError, claim
-from likeme_bringup.replaying.decision_log import Entry
 from likeme_bringup.replaying.foreign import adapted
 from likeme_bringup.replaying.keyboard import keyboard
 from likeme_bringup.replaying.lockstep_node import LockstepNode, NotPlayedError
-from likeme_bringup.replaying.offline import Replayed
+from likeme_bringup.replaying.offline import Replayed, replayed
 from likeme_bringup.replaying.options import Options
 from likeme_bringup.replaying.own_nodes import nodes_run_on, own_nodes
-from likeme_bringup.replaying.performance import perform
 from likeme_bringup.replaying.player_node import PlayerNode, read_overrides
 from likeme_bringup.replaying.replay import conclude, say
 from likeme_bringup.replaying.script import Script
 from likeme_bringup.replaying.transport import EndedByKeyError, Transport
-from likeme_bringup.replaying.verdict import compare, recorded_entries
 
 
 @contextmanager
@@ -72,20 +69,14 @@ def lockstep(given: Options) -> int:
 
 
 def _performed(given: Options, script: Script, bag: Bag, transport: Transport) -> Replayed:
-    entries: list[Entry] = []
     node = LockstepNode(transport, given.clock)
     try:
         node.begin()
-        tally = perform(script.steps(), script.live, node, entries.append)
-        tally.misfits = node.misfits
+        return replayed(script, bag, node)
     finally:
         # However it went, nodes that run on are let go.
         node.end()
         node.close()
-    tally.unpaired, tally.unread = script.unpaired, script.unread
-    tally.unreadable = script.unreadable
-    agreements = tuple(compare(recorded_entries(bag), entries))
-    return Replayed(entries, tally, bag.warnings, bag.complete, agreements)
 
 
 def _last_words(log: Path | None) -> list[str]:

@@ -10,11 +10,12 @@ from typing import Annotated
 
 import typer
 
+from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.durable import DurableWriter
 from likeme_bags.errors import BagError
 from likeme_bringup.replaying.recording import Recording, summary
-from likeme_bringup.replaying.script import COLOUR, DEPTH, FRAME_DONE, HEARD, INFO
-from likeme_bringup.start_cell import LAST_DOMAIN
+from likeme_bringup.replaying.script import FRAME_DONE, HEARD
+from likeme_bringup.start_cell import Domain
 
 #: What a replay needs, and what people look at.
 TOPICS = (
@@ -63,9 +64,7 @@ def record(
         bool, typer.Option('--suite', help='Make the shipped recordings anew, without ROS.')
     ] = False,
     out: Annotated[Path | None, typer.Option(help='Folder for them (default: bags).')] = None,
-    domain: Annotated[
-        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-    ] = 0,
+    domain: Domain = 0,
 ) -> None:
     """Record until Ctrl-C. A killed recorder leaves a bag short of its last second.
 

@@ -6,7 +6,7 @@ import queue
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future
 from typing import NamedTuple
 
@@ -49,11 +49,11 @@ class Recording:
         error: why writing ended early, or nothing.
     """
 
-    def __init__(self, writer: DurableWriter, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, writer: DurableWriter) -> None:
         self.counts: Counter[str] = Counter()
         self.lost: Counter[str] = Counter()
         self.error = ''
-        self._writer, self._now = writer, now
+        self._writer = writer
         self._queue: queue.SimpleQueue[Heard | Channel | None] = queue.SimpleQueue()
         self._waiting = 0
         self._connections: dict[str, Connection] = {}
@@ -110,10 +110,10 @@ class Recording:
             self._writer.abort()
 
     def _write_all(self) -> None:
-        due, dirty = self._now() + FLUSH_PERIOD, False
+        due, dirty = time.monotonic() + FLUSH_PERIOD, False
         while True:
             try:
-                item = self._queue.get(timeout=max(0.0, due - self._now()))
+                item = self._queue.get(timeout=max(0.0, due - time.monotonic()))
             except queue.Empty:
                 item = ()  # type: ignore[assignment]
             if item is None:
@@ -121,10 +121,10 @@ class Recording:
             if item:
                 self._write(item)
                 dirty = True
-            if self._now() >= due:
+            if time.monotonic() >= due:
                 if dirty:
                     self._writer.flush()
-                due, dirty = self._now() + FLUSH_PERIOD, False
+                due, dirty = time.monotonic() + FLUSH_PERIOD, False
 
     def _write(self, item: Heard | Channel) -> None:
         if isinstance(item, Channel):

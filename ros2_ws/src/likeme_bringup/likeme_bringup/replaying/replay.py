@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-import yaml
 
 from likeme_bags.errors import BagError
 from likeme_bringup.replaying.foreign import adapted, pairs
 from likeme_bringup.replaying.offline import Replayed, replay_offline
 from likeme_bringup.replaying.options import Options
-from likeme_bringup.start_cell import LAST_DOMAIN
+from likeme_bringup.replaying.settings import read_yaml
+from likeme_bringup.start_cell import Domain
 
 
 def replay(
@@ -64,9 +64,7 @@ def replay(
         bool,
         typer.Option('--running', help='In lockstep: never with nodes of its own.'),
     ] = False,
-    domain: Annotated[
-        int, typer.Option(min=0, max=LAST_DOMAIN, envvar='ROS_DOMAIN_ID', help='ROS domain.')
-    ] = 0,
+    domain: Domain = 0,
 ) -> None:  # fmt: skip
     """Replay a recording.
 
@@ -76,8 +74,8 @@ def replay(
     with _sentences():
         given = Options(
             bag, rate, start, end, loop, pause, tuple(topics or ()), pairs(remap or (), '--remap'),
-            pairs(type_map or (), '--type-map'), clock, _read_yaml(qos), lockstep or bool(log),
-            offline, log, params, running, domain,
+            pairs(type_map or (), '--type-map'), clock, read_yaml(qos) if qos else {},
+            lockstep or bool(log), offline, log, params, running, domain,
         )  # fmt: skip
         given.check()
     with _sentences(failed=1):
@@ -123,15 +121,6 @@ def conclude(given: Options, replayed: Replayed) -> int:
 def say(sentence: str) -> None:
     """Tell the user, beside the log that may be on stdout."""
     print(f'replay: {sentence}', file=sys.stderr)
-
-
-def _read_yaml(path: Path | None) -> object:
-    if path is None:
-        return {}
-    try:
-        return yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())}') from None
 
 
 @contextmanager

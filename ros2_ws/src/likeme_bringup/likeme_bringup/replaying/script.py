@@ -8,25 +8,21 @@ same order. A bag of images alone gives a cue for every table state and demonstr
 
 from __future__ import annotations
 
-import struct
 from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
+from likeme_bags.adapting import CAMERA_INFO, COLOUR, DEPTH, INFO
 from likeme_bags.errors import BagError
+from likeme_bags.headers import header_stamp
+from likeme_bags.images import IMAGE
 from likeme_bags.values import Record
 from likeme_bringup.replaying.definitions import definitions
 from likeme_inference.rehearsal import Cue, Input
 from likeme_perception.pairing import StampPairing
 
-COLOUR, INFO = 'camera/rgb/image_rect_color', 'camera/rgb/camera_info'
-DEPTH = 'camera/depth_registered/image_rect'
 FRAME_DONE, HEARD = 'frame_done', 'heard'
-NEEDED: Mapping[str, str] = {
-    COLOUR: 'sensor_msgs/msg/Image',
-    INFO: 'sensor_msgs/msg/CameraInfo',
-    DEPTH: 'sensor_msgs/msg/Image',
-}
+NEEDED: Mapping[str, str] = {COLOUR: IMAGE, INFO: CAMERA_INFO, DEPTH: IMAGE}
 #: Of likeme_msgs/FrameDone.
 READ = 1
 #: A frame this many frames older than the newest that was read was not read at all.
@@ -43,12 +39,6 @@ class Frame(NamedTuple):
 
 
 Step = Frame | Cue
-
-
-def header_stamp(data: bytes) -> int:
-    """The stamp (ns) of a CDR message that begins with a header."""
-    sec, nanosec = struct.unpack_from('<iI' if data[1] & 1 else '>iI', data, 4)
-    return int(sec) * 1_000_000_000 + int(nanosec)
 
 
 def check_topics(topics: Mapping[str, str], path: object) -> None:

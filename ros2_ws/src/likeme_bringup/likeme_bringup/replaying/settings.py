@@ -33,16 +33,25 @@ def recorded(custom: Mapping[str, str]) -> Parameters:
     return {node: _taken(found[node]) for node in NODES if node in found}
 
 
+def read_yaml(path: Path) -> Any:
+    """What is in a YAML file.
+
+    Raises:
+        ValueError: it cannot be read.
+    """
+    try:
+        return yaml.safe_load(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())}') from None
+
+
 def from_file(path: Path) -> Parameters:
     """The parameters in a ROS parameter file.
 
     Raises:
         ValueError: it cannot be read, or is not laid out as one.
     """
-    try:
-        nodes = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())}') from None
+    nodes = read_yaml(path)
     laid_out = isinstance(nodes, dict) and all(
         isinstance(node, dict) and isinstance(node.get('ros__parameters'), dict)
         for node in nodes.values()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum, auto
 from typing import NamedTuple
 
-from likeme_arm_sim.scene import Action, State
+from likeme_arm_sim.scene import OBJECTS, Action, State
 
 
 class Mishap(Enum):
@@ -92,7 +92,7 @@ def _told(name: str, x_i: State, x_f: State, push: bool) -> str:
 def demonstrations() -> list[Recipe]:
     """All 3 objects x 4 changes x {place, push}."""
     recipes: list[Recipe] = []
-    for name in ('pear', 'lemon', 'chicken'):
+    for name in OBJECTS:
         for x_i, x_f in CHANGES:
             for push in (False, True):
                 action = Action(int(x_f) + 3 * push)
@@ -106,7 +106,7 @@ def demonstrations() -> list[Recipe]:
 
 def _others(name: str, x_i: State) -> dict[str, State]:
     """The toy in its state, of the others one on either side."""
-    others = [other for other in ('pear', 'lemon', 'chicken') if other != name]
+    others = [other for other in OBJECTS if other != name]
     return {name: x_i, others[0]: State.LEFT, others[1]: State.RIGHT}
 
 

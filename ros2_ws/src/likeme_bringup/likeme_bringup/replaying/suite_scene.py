@@ -13,9 +13,10 @@ from typing import Any
 from likeme_arm_sim import scene as cell_scene
 from likeme_arm_sim.cell import Actor, Cell, CellSettings
 from likeme_arm_sim.kinect_noise import KinectNoise
-from likeme_arm_sim.primitives import ObjectView
+from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import Scene
 from likeme_bags.values import Record
+from likeme_bringup.learning.eyes import object_view
 from likeme_bringup.replaying import camera_messages
 from likeme_bringup.replaying.cores import Cores
 from likeme_bringup.replaying.decision_log import Entry
@@ -24,7 +25,6 @@ from likeme_bringup.replaying.script import HEARD, Frame
 from likeme_bringup.replaying.suite import Deed, Help, Mishap, Recipe, Robot, Set, Show, Wait
 from likeme_inference.rehearsal import Cue, Input
 from likeme_inference.tabletop.values import Reply
-from likeme_perception.regions import State
 
 #: 2015-11-04, the day the paper was published: the clock of every recording begins then, ns.
 EPOCH = 1_446_595_200_000_000_000
@@ -44,7 +44,7 @@ class SuiteScene:
 
     def __init__(self, recipe: Recipe, write: Callable[[Record], None]) -> None:
         pace = CellSettings(
-            arm_speed=1.5, human_speed=1.3, noise=NOISE, initial_states=_cell_states(recipe)
+            arm_speed=1.5, human_speed=1.3, noise=NOISE, initial_states=recipe.states
         )
         self.cell = Cell(Scene(), recipe.seed, pace)
         self.entries: list[Entry] = []
@@ -144,12 +144,4 @@ class SuiteScene:
 
     def _look(self, name: str) -> ObjectView | None:
         table = self._cores.table
-        seen = None if table is None or not table.learned else table.object(name)
-        if seen is None or seen.shape is None or seen.state is State.UNKNOWN:
-            return None
-        x, y, _ = seen.centroid
-        return ObjectView(x, y, seen.shape.yaw, cell_scene.State(int(seen.state)))
-
-
-def _cell_states(recipe: Recipe) -> dict[str, cell_scene.State]:
-    return dict(recipe.states)
+        return object_view(table.object(name)) if table is not None and table.learned else None

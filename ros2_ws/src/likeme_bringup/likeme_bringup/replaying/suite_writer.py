@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,8 @@ OFFERED = Qos(
     QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, QosDurability.VOLATILE,
     QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False,
 )  # fmt: skip
+#: Of zstd: packed once, unpacked by everybody.
+LEVEL = 17
 HEADER = """\
 # Recorded demonstrations
 
@@ -59,15 +61,13 @@ all of them and compares every byte, and reads this table's rows against the log
 """
 
 
-def write_suite(
-    folder: Path, recipes: Sequence[Recipe], tell: Callable[[str], None] = print
-) -> None:
+def write_suite(folder: Path, recipes: Sequence[Recipe]) -> None:
     """Write all recipes into a folder, over those of the same names, and its README.md."""
     folder.mkdir(parents=True, exist_ok=True)
     for recipe in recipes:
         log = write_bag(folder / recipe.name, recipe)
         (folder / f'{recipe.name}.jsonl').write_text(log, encoding='utf-8')
-        tell(row(recipe, log))
+        print(row(recipe, log))
     (folder / 'README.md').write_text(readme(folder), encoding='utf-8')
 
 
@@ -80,7 +80,7 @@ def readme(folder: Path) -> str:
     return HEADER + '\n'.join(rows) + '\n'
 
 
-def write_bag(path: Path, recipe: Recipe, level: int = 17) -> str:
+def write_bag(path: Path, recipe: Recipe) -> str:
     """Record one recipe and give the log its replay leads to.
 
     Raises:
@@ -88,7 +88,7 @@ def write_bag(path: Path, recipe: Recipe, level: int = 17) -> str:
     """
     shutil.rmtree(path, ignore_errors=True)
     custom = {'likeme.recipe': recipe.name, 'likeme.seed': str(recipe.seed)}
-    with _Recording(path, level, custom) as recording:
+    with _Recording(path, custom=custom) as recording:
         scene = SuiteScene(recipe, recording.take)
         scene.play()
     replayed = replay_offline(path)
@@ -101,17 +101,13 @@ def write_bag(path: Path, recipe: Recipe, level: int = 17) -> str:
 class _Recording(DurableWriter):
     """A writer that knows the topics of the cell, with chunks of some seconds."""
 
-    def __init__(self, path: Path, level: int, custom: dict[str, str]) -> None:
-        super().__init__(path, custom=custom)
-        self._level = level
-        self._known: dict[str, Connection] = {}
-
     def open(self) -> None:
         super().open()
+        self._known: dict[str, Connection] = {}
         storage = self.storage
         assert isinstance(storage, DurableMcap)
         # Some 130 frames: what does not move is stored once a chunk.
-        storage.chunk_size, storage.level = 200 * 2**20, self._level
+        storage.chunk_size, storage.level = 200 * 2**20, LEVEL
 
     def take(self, record: Record) -> None:
         """Write a record of the cell."""

@@ -6,8 +6,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 
-#: What the keys do, as told to people.
-KEYS = 'space: pause or go on; n: the next one while paused; q: end'
 #: s between two looks at the keyboard.
 GLANCE = 0.05
 
