@@ -39,6 +39,7 @@ setup(
             'demo = likeme_bringup.demo:run',
             'gaze = likeme_bringup.gaze:run',
             'learn = likeme_bringup.learn:run',
+            'param = likeme_bringup.param_node:param',
             'record = likeme_bringup.replaying.record:main',
             'replay = likeme_bringup.replaying.replay:main',
             'show = likeme_bringup.callers_node:show',

@@ -14,10 +14,10 @@ from typing import Any
 import rclpy
 import yaml
 from domain_coordinator import domain_id
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
-from likeme_bringup.start_cell import MODULES
+from likeme_bringup.param_node import span
+from likeme_bringup.start_cell import COMMON, MODULES
 
 HEADER = """\
 # Every parameter of every node, with its default and its range. A copy to start from: keep what
@@ -25,8 +25,6 @@ HEADER = """\
 # `params:=FILE`. Written by `python -m likeme_bringup.parameters_node`; a test keeps it true."""
 # Not a part of the cell, and started by itself.
 GAZE = 'likeme_inference.gaze_node'
-# Every node has these; they are the launcher's business.
-COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
 def node_class(module: str) -> type[Node]:
@@ -50,12 +48,6 @@ def section(node: Node) -> Iterator[str]:
             about = node.describe_parameter(name)
             yield f'    # {about.description.rstrip(".")}{span(about)}.'
             yield f'    {name}: {flow(parameter.value)}'
-
-
-def span(about: ParameterDescriptor) -> str:
-    """The permitted range in words, or nothing."""
-    ranges = [*about.floating_point_range, *about.integer_range]
-    return f' ({ranges[0].from_value:.6g} to {ranges[0].to_value:.6g})' if ranges else ''
 
 
 def flow(value: Any) -> str:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Mapping
+from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import typer
+from ament_index_python.packages import get_package_share_directory
 
 from likeme_bringup.one_cell import AlreadyRunningError, claim
 from likeme_bringup.replaying.settings import read_yaml
@@ -68,6 +71,8 @@ class Settings(NamedTuple):
 
 
 DEFAULTS = Settings()
+# Every node has these.
+COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 # Up to the greatest that DDS has ports for.
 Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
@@ -100,7 +105,8 @@ def parameter_file(path: Path) -> Path:
     """The absolute path of a ROS parameter file, which every node will read.
 
     Raises:
-        typer.BadParameter: it is no YAML, or not laid out as node: ros__parameters: name: value.
+        typer.BadParameter: it is no YAML, not laid out as node: ros__parameters: name: value, or
+            names what there is not.
     """
     try:
         nodes = read_yaml(path)
@@ -114,7 +120,34 @@ def parameter_file(path: Path) -> Path:
             f'expected node: ros__parameters: name: value in {path}, see config/cell.yaml',
             param_hint='--params',
         )
+    known = read_yaml(Path(get_package_share_directory('likeme_bringup'), 'config', 'cell.yaml'))
+    for name, node in nodes.items():
+        check_names(path, name, node['ros__parameters'] or {}, known)
     return path.resolve()
+
+
+def check_names(
+    path: Path, node: str, parameters: Mapping[str, object], known: Mapping[str, Any]
+) -> None:
+    """Refuse what no node of the cell would notice: ROS passes over names that nobody declares.
+
+    Raises:
+        typer.BadParameter: a node or a parameter that there is not.
+    """
+    nodes = [node.rpartition('/')[2]] if not node.endswith('*') else list(known)
+    if nodes[0] not in known:
+        raise typer.BadParameter(
+            f'expected one of the nodes {", ".join(known)} in {path}, got {node!r}',
+            param_hint='--params',
+        )
+    names = [name for each in nodes for name in known[each]['ros__parameters']]
+    for name in parameters:
+        if name not in names and name.partition('.')[0] not in COMMON:
+            like = get_close_matches(name, names, n=1, cutoff=0.4)
+            raise typer.BadParameter(
+                f'{node} has no parameter {name!r}{f"; {like[0]}?" if like else ""} ({path})',
+                param_hint='--params',
+            )
 
 
 def start_cell(

@@ -145,7 +145,13 @@ def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) 
 
 @pytest.mark.parametrize(
     ('text', 'reason'),
-    [('x: [', 'cannot be read'), ('perception_node: {min_height: 1.0}', 'ros__parameters')],
+    [
+        ('x: [', 'cannot be read'),
+        ('perception_node: {min_height: 1.0}', 'ros__parameters'),
+        ('inference: {ros__parameters: {mode: direct}}', "expected one of .* got 'inference'"),
+        ('inference_node: {ros__parameters: {threshold: 1.0}}', "'threshold'; help_threshold?"),
+        ('/**: {ros__parameters: {moed: direct}}', r"no parameter 'moed'; mode\?"),
+    ],
 )
 def test_a_parameter_file_that_no_node_could_read_is_refused(
     tmp_path: Path, text: str, reason: str
@@ -154,6 +160,15 @@ def test_a_parameter_file_that_no_node_could_read_is_refused(
     path.write_text(text)
     with pytest.raises(typer.BadParameter, match=reason):
         parameter_file(path)
+
+
+def test_a_namespace_and_what_every_node_has_are_accepted(tmp_path: Path) -> None:
+    path = tmp_path / 'mine.yaml'
+    path.write_text(
+        '/lab/inference_node: {ros__parameters: {use_sim_time: true, mode: sequential}}\n'
+        '/**: {ros__parameters: {seed: 3, qos_overrides./clock.publisher.depth: 1}}\n'
+    )
+    assert parameter_file(path) == path
 
 
 def test_the_shipped_parameter_file_is_accepted() -> None:
