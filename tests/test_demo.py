@@ -46,7 +46,7 @@ def test_the_papers_story_is_completed(tmp_path: Path) -> None:
         told.stdout,
         '1. chicken, RIGHT to LEFT',
         'the chicken went from RIGHT to LEFT',
-        'p(G) = LEFT 0.88, RIGHT 0.12, OFFTABLE 0.00',
+        'P(G | x_i, x_f) = LEFT 0.88, RIGHT 0.12, OFFTABLE 0.00',
         'best action is PUSH_LEFT',
         'predicted probability 0.90',
         'The chicken is LEFT now',

@@ -93,7 +93,7 @@ def belief(goal_belief: Any) -> str:
     """The inferred goal, from a GoalBelief."""
     return (
         f'So the person probably wants the {goal_belief.object} {state_name(goal_belief.goal)}:'
-        f' p(G) = {distribution(goal_belief.posterior)}.'
+        f' P(G | x_i, x_f) = {distribution(goal_belief.posterior)}.'
     )
 
 
@@ -108,7 +108,7 @@ def decision(choice: Any, shown: Act) -> str:
     ranking = ', '.join(f'{a.name} {choice.action_probability[a]:.2f}' for a in considered)
     verdict = 'at least' if choice.predicted_success >= choice.threshold else 'below'
     return (
-        f'Its best action is {action.name} ({way}): p(A) = {ranking}, ...'
+        f'Its best action is {action.name} ({way}): P(A | x_i, g) = {ranking}, ...'
         f' That reaches {state_name(choice.goal)} with predicted probability'
         f' {choice.predicted_success:.2f}, {verdict} the threshold {choice.threshold:.2f}.'
     )
