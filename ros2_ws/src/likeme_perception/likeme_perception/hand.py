@@ -15,16 +15,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.background import Background
-from likeme_perception.colour import UNKNOWN_LOG_DENSITY, LogDensity, OnlineColour, colour_bins
+from likeme_perception.colour import (
+    UNKNOWN_LOG_DENSITY,
+    Bins,
+    LogDensity,
+    OnlineColour,
+    bins_of_lab,
+    colour_bins,
+    lab_at,
+)
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.growth import grown_by_colour, unlike_background
 from likeme_perception.hand_tip import HandTip, hand_tip
 from likeme_perception.rgbd import RgbdFrame
-from likeme_perception.segmentation import Blob, Index, blob_of, image_components
+from likeme_perception.segmentation import (
+    Blob,
+    Index,
+    blob_of,
+    image_components,
+    merged,
+    rows_and_columns,
+)
 from likeme_perception.sides import nearest_side, sides_reached
 
 ImageB = NDArray[np.uint8]
 ImageF = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
 # A hand or an arm rises at least this high (m) somewhere, and a part of one that the image cuts
@@ -74,7 +90,7 @@ class IntruderSegmenter:
 
         protected: pixels in which a resting thing was recognised unchanged, never hand or arm.
         """
-        found: dict[str, list[Index]] = {'hand': [], 'arm': []}
+        found: dict[str, list[Blob]] = {'hand': [], 'arm': []}
         rest: list[Blob] = []
         for pixels in image_components(foreground):
             blob = blob_of(pixels, frame.depth, background.view)
@@ -82,22 +98,23 @@ class IntruderSegmenter:
             if kind is None:
                 rest.append(blob)
                 continue
-            mine, other = self._cut(kind, blob, frame, background, protected)
-            found[kind].append(mine)
-            if len(other):
-                rest.append(blob_of(other, frame.depth, background.view))
+            thing = self._things_in(kind, blob, frame, background, protected)
+            if thing.any():
+                rest.append(blob_of(blob.pixels[thing], frame.depth, background.view))
+                blob = blob.part(~thing)
+            found[kind].append(blob)
         boxes = {kind: _box(found[kind], frame.depth.shape[1]) for kind in found}
         things = [blob for blob in rest if not self._joins(blob, frame, found, boxes)]
         return self._result(found, things, frame, background, foreground)
 
     def _kind(self, blob: Blob, frame: RgbdFrame, background: Background) -> str | None:
         """'hand', 'arm' or, for a thing, None."""
-        c, table, points = self._config, background.area, blob.points
+        c, table = self._config, background.area
         sides = c.human_sides + c.robot_sides
-        area = background.view.pixel_area(frame.depth.ravel()[blob.pixels])
-        reached = sides_reached(points, area, table, -c.fallen_depth, sides)
+        area = background.view.pixel_area(frame.depth.take(blob.pixels))
+        reached = sides_reached(blob.xyz, area, table, -c.fallen_depth, sides)
         if not reached and sides and self._too_large(blob, frame.depth.shape):
-            reached = frozenset([nearest_side(points, table, sides)])
+            reached = frozenset([nearest_side(blob.xyz, table, sides)])
         kinds = [
             k for k, own in (('arm', c.robot_sides), ('hand', c.human_sides)) if reached & set(own)
         ]
@@ -111,39 +128,37 @@ class IntruderSegmenter:
 
     def _too_large(self, blob: Blob, shape: tuple[int, ...]) -> bool:
         """Whether a blob is larger than any thing, or large and cut off by the image's edge."""
-        if blob.points[:, 2].max() < _RISEN:
+        if blob.xyz[2].max() < _RISEN:
             return False
-        size = float(np.ptp(blob.points[:, :2], axis=0).max())
-        rows, columns = np.divmod(blob.pixels, shape[1])
+        c, size = self._config, blob.extent
+        if size > c.max_object_length or not size > c.cut_off_length:
+            return size > c.max_object_length
+        rows, columns = rows_and_columns(blob.pixels, shape[1])
         edge = (rows < 2) | (columns < 2) | (rows >= shape[0] - 2) | (columns >= shape[1] - 2)
-        cut_off = int(np.count_nonzero(edge)) > _EDGE_PIXELS
-        cut_off = cut_off and size > self._config.cut_off_length
-        return size > self._config.max_object_length or cut_off
+        return int(np.count_nonzero(edge)) > _EDGE_PIXELS
 
-    def _cut(
+    def _things_in(
         self, kind: str, blob: Blob, frame: RgbdFrame, background: Background, protected: ImageB
-    ) -> tuple[Index, Index]:
-        """An intruder's own pixels and those of the things in front of, under or in it."""
-        kept = protected.ravel()[blob.pixels] > 0
-        own = blob.pixels[~kept][::3]
-        self._learn(kind, frame, own[unlike_background(frame, background, own)])
+    ) -> Mask:
+        """Which pixels of an intruder are those of things in front of, under or in it."""
+        thing = protected.take(blob.pixels) > 0
+        lab = lab_at(frame.rgb, blob.pixels)
+        bins, own = bins_of_lab(lab), np.flatnonzero(~thing)[::3]
+        self._learn(kind, bins[own[unlike_background(lab[own], background, blob.pixels[own])]])
         if self._catalogue is None:
-            return blob.pixels[~kept], blob.pixels[kept]
+            return thing
         # Things are over the table or just beside it; the rest of a long arm need not be searched.
-        x, y = blob.points[:, 0], blob.points[:, 1]
+        x, y, _ = blob.xyz
         near = np.flatnonzero(background.area.contains(x, y, _SEARCHED))
         if len(near) == 0:
-            return blob.pixels, near
-        bins = colour_bins(frame.rgb, blob.pixels[near])
-        density = np.maximum(self._colours[kind].log_density[bins], UNKNOWN_LOG_DENSITY)
-        ratio = np.asarray(self._catalogue[bins] - density, np.float32)
-        thing = kept
-        thing[near] |= _smooth(ratio, blob.pixels[near], frame.depth.shape) > _CUT
-        return blob.pixels[~thing], blob.pixels[thing]
+            return np.zeros_like(thing)
+        density = np.maximum(self._colours[kind].log_density, UNKNOWN_LOG_DENSITY)
+        ratio = np.asarray(self._catalogue - density, np.float32).take(bins[near])
+        thing[near] |= _smooth(ratio, blob.pixels[near], frame.depth.shape[1]) > _CUT
+        return thing
 
-    def _learn(self, kind: str, frame: RgbdFrame, pixels: Index) -> None:
+    def _learn(self, kind: str, bins: Bins) -> None:
         """Learn an intruder's colour from its pixels, but for those a known thing may explain."""
-        bins = colour_bins(frame.rgb, pixels)
         if self._catalogue is not None:
             bins = bins[self._catalogue[bins] < UNKNOWN_LOG_DENSITY + 2.0]
         self._colours[kind].show(bins)
@@ -152,7 +167,7 @@ class IntruderSegmenter:
         self,
         blob: Blob,
         frame: RgbdFrame,
-        found: dict[str, list[Index]],
+        found: dict[str, list[Blob]],
         boxes: dict[str, Box | None],
     ) -> bool:
         """Whether a loose piece is a finger or a link that something in front cut off."""
@@ -167,39 +182,39 @@ class IntruderSegmenter:
         for kind in near:
             colour = self._colours[kind]
             if colour.known and float(np.mean(colour.log_density[bins] - known)) > 0.5:
-                found[kind].append(blob.pixels)
+                found[kind].append(blob)
                 return True
         return False
 
     def _result(
         self,
-        found: dict[str, list[Index]],
+        found: dict[str, list[Blob]],
         things: list[Blob],
         frame: RgbdFrame,
         background: Background,
         foreground: ImageB,
     ) -> Intruders:
-        none = np.zeros(0, np.intp)
-        hand, arm = (np.concatenate(found[k]) if found[k] else none for k in ('hand', 'arm'))
-        self._before = {'hand': hand, 'arm': arm}
+        hand, arm = merged(found['hand']), merged(found['arm'])
+        self._before = {'hand': hand.pixels, 'arm': arm.pixels}
         colour = self._colours['hand'].log_density
-        more = grown_by_colour(frame, background, hand, colour, foreground)
+        more = grown_by_colour(frame, background, hand.pixels, colour, foreground)
         return Intruders(
-            np.concatenate([hand, more]),
-            arm,
+            np.concatenate([hand.pixels, more]),
+            arm.pixels,
             _area_over_table(hand, frame.depth, background, _BESIDE),
             _area_over_table(arm, frame.depth, background),
-            hand_tip(hand, frame.depth, background, self._config.human_sides),
+            hand_tip(hand, background, self._config.human_sides),
             tuple(things),
         )
 
 
-def _box(pixels: list[Index], width: int) -> Box | None:
-    """First and last row and column of some pixels with a margin for loose pieces."""
+def _box(blobs: list[Blob], width: int) -> Box | None:
+    """First and last row and column of some blobs with a margin for loose pieces."""
+    pixels = merged(blobs).pixels
     # What reached in may have been cut away whole: all of it looked like the thing it holds.
-    if not any(len(piece) for piece in pixels):
+    if len(pixels) == 0:
         return None
-    rows, columns = np.divmod(np.concatenate(pixels), width)
+    rows, columns = rows_and_columns(pixels, width)
     return (
         int(rows.min()) - _LOOSE,
         int(rows.max()) + _LOOSE,
@@ -210,28 +225,26 @@ def _box(pixels: list[Index], width: int) -> Box | None:
 
 def _near(pixels: Index, box: Box, width: int) -> bool:
     """Whether the middle of some pixels lies within a box."""
-    row, column = (float(v.mean()) for v in np.divmod(pixels, width))
+    row, column = (float(v.mean()) for v in rows_and_columns(pixels, width))
     return box[0] < row < box[1] and box[2] < column < box[3]
 
 
-def _smooth(values: ImageF, pixels: Index, shape: tuple[int, int]) -> ImageF:
+def _smooth(values: ImageF, pixels: Index, width: int) -> ImageF:
     """Mean over the pixels' own neighbours within a 7x7 window."""
-    rows, columns = np.divmod(pixels, shape[1])
-    r0, c0 = rows.min(), columns.min()
-    box = (int(rows.max() - r0) + 1, int(columns.max() - c0) + 1)
-    image, weight = np.zeros(box, np.float32), np.zeros(box, np.float32)
-    image[rows - r0, columns - c0] = values
-    weight[rows - r0, columns - c0] = 1
+    rows, columns = rows_and_columns(pixels, width)
+    rows, columns = rows - rows.min(), columns - columns.min()
+    box = int(rows.max()) + 1, int(columns.max()) + 1
+    at = rows * box[1] + columns
+    image, weight = np.zeros(box, np.float32), np.zeros(box, np.uint8)
+    image.ravel()[at], weight.ravel()[at] = values, 1
     total, count = (cv2.boxFilter(i, -1, (7, 7), normalize=False) for i in (image, weight))
-    return cast(ImageF, (total / np.maximum(count, 1))[rows - r0, columns - c0])
+    return cast(ImageF, total.take(at) / count.take(at))
 
 
 def _area_over_table(
-    pixels: Index, depth: ImageF, background: Background, margin: float = 0.0
+    blob: Blob, depth: ImageF, background: Background, margin: float = 0.0
 ) -> float:
     """Surface (m^2) of the pixels that hide table or hang over it or its margin (m)."""
-    z = depth.ravel()[pixels]
-    points = background.view.points(pixels, z)
-    over = background.area.contains(points[:, 0], points[:, 1], margin)
-    over |= background.table.ravel()[pixels]
-    return float(background.view.pixel_area(z[over]).sum())
+    x, y, _ = blob.xyz
+    over = background.area.contains(x, y, margin) | background.table.take(blob.pixels)
+    return float(background.view.pixel_area(depth.take(blob.pixels[over])).sum())

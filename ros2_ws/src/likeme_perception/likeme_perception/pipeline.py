@@ -194,8 +194,8 @@ def _sighting(
     blob: Blob, frame: RgbdFrame, hiding: ImageB | None, camera: NDArray[np.float32]
 ) -> Sighting:
     bins = colour_bins(frame.rgb, blob.pixels)
-    beside = hiding is not None and bool(hiding.ravel()[blob.pixels].any())
-    shape = completed(shape_of(blob.points), camera)
+    beside = hiding is not None and bool(hiding.take(blob.pixels).any())
+    shape = completed(shape_of(blob), camera)
     return Sighting(blob, shape, 0.0, bins, beside)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from likeme_perception.colour import colour_bins
 from likeme_perception.identification import Catalogue, identity_probability
-from likeme_perception.segmentation import Blob, Index, merged
+from likeme_perception.segmentation import Blob, Index, merged, rows_and_columns
 
 ImageB = NDArray[np.uint8]
 
@@ -23,7 +23,7 @@ def parts_by_colour(blob: Blob, rgb: ImageB, catalogue: Catalogue) -> list[Blob]
     if len(catalogue.objects) < 2:
         return [blob]
     bins = colour_bins(rgb, blob.pixels)
-    likeliest = catalogue.log_density[:, bins].argmax(axis=0)
+    likeliest = catalogue.likeliest[bins]
     known = catalogue.objects[int(np.bincount(likeliest).argmax())]
     if blob.area < _TOO_LARGE * known.area:
         return [blob]
@@ -37,7 +37,7 @@ def parts_by_colour(blob: Blob, rgb: ImageB, catalogue: Catalogue) -> list[Blob]
 
 def _majority(label: NDArray[np.intp], pixels: Index, width: int, count: int) -> NDArray[np.intp]:
     """The most frequent label within an 11x11 window about each pixel."""
-    rows, columns = np.divmod(pixels, width)
+    rows, columns = rows_and_columns(pixels, width)
     rows, columns = rows - rows.min(), columns - columns.min()
     votes = np.zeros((count, int(rows.max()) + 1, int(columns.max()) + 1), np.float32)
     votes[label, rows, columns] = 1
@@ -58,8 +58,7 @@ def pieces_joined(blobs: list[Blob], rgb: ImageB, catalogue: Catalogue) -> list[
             whole[k] = blob
         else:
             both = merged([whole[k], blob])
-            length = 1.35 * catalogue.objects[k].length
-            if np.ptp(both.points[:, :2], axis=0).max() <= length:
+            if both.extent <= 1.35 * catalogue.objects[k].length:
                 whole[k] = both
             else:
                 rest.append(blob)
