@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.segmentation import Index
-
 ImageB = NDArray[np.uint8]
+Index = NDArray[np.intp]
 Bins = NDArray[np.int32]
 LogDensity = NDArray[np.float32]
 

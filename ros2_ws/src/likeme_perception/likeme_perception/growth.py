@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.background import Background
-from likeme_perception.colour import UNKNOWN_LOG_DENSITY, LogDensity, bins_of_lab, lab_at
+from likeme_perception.colour import UNKNOWN_LOG_DENSITY, LogDensity, colour_bins, lab_at
 from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.segmentation import Index, mask_of, rows_and_columns
 
@@ -21,11 +21,14 @@ _DIFFERENT = 22.0
 _CLEARLY = 1.5
 
 
-def unlike_background(lab: ImageB, background: Background, pixels: Index) -> NDArray[np.bool_]:
-    """Which colours (N, 3) differ from those of the empty scene at these pixels (flat indices)."""
+def unlike_background(
+    frame: RgbdFrame, background: Background, pixels: Index
+) -> NDArray[np.bool_]:
+    """Which pixels (flat indices) have another colour than the empty scene has there."""
     if len(pixels) == 0:
         return np.zeros(0, bool)
-    return np.asarray(_difference(lab, lab_at(background.colour, pixels)) > _DIFFERENT)
+    now, then = (lab_at(image, pixels) for image in (frame.rgb, background.colour))
+    return np.asarray(_difference(now, then) > _DIFFERENT)
 
 
 def grown_by_colour(
@@ -49,10 +52,9 @@ def grown_by_colour(
     if len(r) == 0:
         return r
     pixels = (r + r0) * width + c + c0
-    lab = lab_at(frame.rgb, pixels)
-    like = colour[bins_of_lab(lab)] > UNKNOWN_LOG_DENSITY + _CLEARLY
-    like &= unlike_background(lab, background, pixels)
-    return np.asarray(pixels[like], np.intp)
+    like = colour[colour_bins(frame.rgb, pixels)] > UNKNOWN_LOG_DENSITY + _CLEARLY
+    alike = pixels[like]
+    return np.asarray(alike[unlike_background(frame, background, alike)], np.intp)
 
 
 def _difference(a: ImageB, b: ImageB) -> NDArray[np.float32]:

@@ -2,36 +2,27 @@
 
 Depth finds them (something large that comes in from outside the table, or is too large for a
 thing), the side they come in over says whose they are, and colour, learned on line from what was
-seen of them, cuts the held thing from the hand: glove or sleeve need no setting.
+seen of them, cuts the held thing from the hand.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.background import Background
-from likeme_perception.colour import (
-    UNKNOWN_LOG_DENSITY,
-    Bins,
-    LogDensity,
-    OnlineColour,
-    bins_of_lab,
-    colour_bins,
-    lab_at,
-)
+from likeme_perception.colour import LogDensity
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.growth import grown_by_colour, unlike_background
 from likeme_perception.hand_tip import HandTip, hand_tip
+from likeme_perception.intruder_colour import IntruderColour
 from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.segmentation import (
     Blob,
     Index,
-    blob_of,
+    blobs_of,
     image_components,
     merged,
     rows_and_columns,
@@ -47,9 +38,6 @@ Box = tuple[int, int, int, int]
 # off shows at least so many pixels of its edge.
 _RISEN = 0.03
 _EDGE_PIXELS = 30
-# A pixel of an intruder is a thing's when the catalogue explains its colour better by this log
-# ratio.
-_CUT = 1.0
 # A hand that is busy beside the table, this near (m), has not left it.
 _BESIDE = 0.15
 # A loose piece of a hand or an arm lies within its box or this many pixels beside it.
@@ -79,9 +67,8 @@ class IntruderSegmenter:
     def __init__(self, config: PerceptionConfig, catalogue: LogDensity | None) -> None:
         """catalogue: greatest log p(colour) of any known thing at each bin, None without any."""
         self._config = config
-        self._catalogue = catalogue
         self._before = {'hand': np.zeros(0, np.intp), 'arm': np.zeros(0, np.intp)}
-        self._colours = {'hand': OnlineColour(), 'arm': OnlineColour()}
+        self._colours = {kind: IntruderColour(catalogue) for kind in self._before}
 
     def segment(
         self, frame: RgbdFrame, foreground: ImageB, background: Background, protected: ImageB
@@ -92,19 +79,20 @@ class IntruderSegmenter:
         """
         found: dict[str, list[Blob]] = {'hand': [], 'arm': []}
         rest: list[Blob] = []
-        for pixels in image_components(foreground):
-            blob = blob_of(pixels, frame.depth, background.view)
+        for blob in blobs_of(image_components(foreground), frame, background.view):
             kind = self._kind(blob, frame, background)
             if kind is None:
                 rest.append(blob)
                 continue
             thing = self._things_in(kind, blob, frame, background, protected)
             if thing.any():
-                rest.append(blob_of(blob.pixels[thing], frame.depth, background.view))
+                rest += blobs_of([blob.pixels[thing]], frame, background.view)
                 blob = blob.part(~thing)
             found[kind].append(blob)
         boxes = {kind: _box(found[kind], frame.depth.shape[1]) for kind in found}
-        things = [blob for blob in rest if not self._joins(blob, frame, found, boxes)]
+        things = [
+            blob for blob in rest if not self._joins(blob, found, boxes, frame.depth.shape[1])
+        ]
         return self._result(found, things, frame, background, foreground)
 
     def _kind(self, blob: Blob, frame: RgbdFrame, background: Background) -> str | None:
@@ -142,46 +130,31 @@ class IntruderSegmenter:
     ) -> Mask:
         """Which pixels of an intruder are those of things in front of, under or in it."""
         thing = protected.take(blob.pixels) > 0
-        lab = lab_at(frame.rgb, blob.pixels)
-        bins, own = bins_of_lab(lab), np.flatnonzero(~thing)[::3]
-        self._learn(kind, bins[own[unlike_background(lab[own], background, blob.pixels[own])]])
-        if self._catalogue is None:
-            return thing
+        own = np.flatnonzero(~thing)[::3]
+        self._colours[kind].learn(
+            blob.bins[own[unlike_background(frame, background, blob.pixels[own])]]
+        )
         # Things are over the table or just beside it; the rest of a long arm need not be searched.
         x, y, _ = blob.xyz
         near = np.flatnonzero(background.area.contains(x, y, _SEARCHED))
         if len(near) == 0:
             return np.zeros_like(thing)
-        density = np.maximum(self._colours[kind].log_density, UNKNOWN_LOG_DENSITY)
-        ratio = np.asarray(self._catalogue - density, np.float32).take(bins[near])
-        thing[near] |= _smooth(ratio, blob.pixels[near], frame.depth.shape[1]) > _CUT
+        thing[near] |= self._colours[kind].things_among(
+            blob.pixels[near], blob.bins[near], frame.depth.shape[1]
+        )
         return thing
-
-    def _learn(self, kind: str, bins: Bins) -> None:
-        """Learn an intruder's colour from its pixels, but for those a known thing may explain."""
-        if self._catalogue is not None:
-            bins = bins[self._catalogue[bins] < UNKNOWN_LOG_DENSITY + 2.0]
-        self._colours[kind].show(bins)
 
     def _joins(
         self,
         blob: Blob,
-        frame: RgbdFrame,
         found: dict[str, list[Blob]],
         boxes: dict[str, Box | None],
+        width: int,
     ) -> bool:
         """Whether a loose piece is a finger or a link that something in front cut off."""
-        near = [
-            k for k, box in boxes.items() if box and _near(blob.pixels, box, frame.depth.shape[1])
-        ]
-        if not near:
-            return False
-        bins = colour_bins(frame.rgb, blob.pixels)
-        known = UNKNOWN_LOG_DENSITY if self._catalogue is None else self._catalogue[bins]
-        known = np.maximum(known, UNKNOWN_LOG_DENSITY)
-        for kind in near:
-            colour = self._colours[kind]
-            if colour.known and float(np.mean(colour.log_density[bins] - known)) > 0.5:
+        for kind, box in boxes.items():
+            near = box is not None and _near(blob.pixels, box, width)
+            if near and self._colours[kind].explains(blob.bins):
                 found[kind].append(blob)
                 return True
         return False
@@ -227,18 +200,6 @@ def _near(pixels: Index, box: Box, width: int) -> bool:
     """Whether the middle of some pixels lies within a box."""
     row, column = (float(v.mean()) for v in rows_and_columns(pixels, width))
     return box[0] < row < box[1] and box[2] < column < box[3]
-
-
-def _smooth(values: ImageF, pixels: Index, width: int) -> ImageF:
-    """Mean over the pixels' own neighbours within a 7x7 window."""
-    rows, columns = rows_and_columns(pixels, width)
-    rows, columns = rows - rows.min(), columns - columns.min()
-    box = int(rows.max()) + 1, int(columns.max()) + 1
-    at = rows * box[1] + columns
-    image, weight = np.zeros(box, np.float32), np.zeros(box, np.uint8)
-    image.ravel()[at], weight.ravel()[at] = values, 1
-    total, count = (cv2.boxFilter(i, -1, (7, 7), normalize=False) for i in (image, weight))
-    return cast(ImageF, total.take(at) / count.take(at))
 
 
 def _area_over_table(

@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_perception.colour import Bins, colour_bins
+from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.view import TableView
 
 ImageF = NDArray[np.float32]
@@ -25,11 +27,13 @@ _STEEPEST = float(np.radians(65.0))
 class Blob:
     """Pixels that belong together.
 
-    pixels: flat indices (N,). points: (N, 3) m, reference frame. area: seen surface, m^2.
+    pixels: flat indices (N,). points: (N, 3) m, reference frame. bins: of their colours (N,).
+    area: seen surface, m^2.
     """
 
     pixels: Index
     points: ImageF
+    bins: Bins
     area: float
 
     @cached_property
@@ -46,7 +50,9 @@ class Blob:
         """The blob of some of the pixels, their area in proportion."""
         at = np.flatnonzero(chosen)
         share = len(at) / max(len(self.pixels), 1)
-        return Blob(self.pixels[at], self.points.take(at, axis=0), self.area * share)
+        return Blob(
+            self.pixels[at], self.points.take(at, axis=0), self.bins[at], self.area * share
+        )
 
 
 @dataclass(frozen=True)
@@ -64,21 +70,32 @@ class Shape:
     height: float
 
 
-def blob_of(pixels: Index, depth: ImageF, view: TableView) -> Blob:
-    """Points and area of some pixels (flat indices) that all have a depth reading."""
-    z = depth.take(pixels)
-    return Blob(pixels, view.points(pixels, z), float(view.pixel_area(z).sum()))
+def blobs_of(regions: list[Index], frame: RgbdFrame, view: TableView) -> list[Blob]:
+    """A blob of each region (flat indices) of pixels that all have a depth reading."""
+    if not regions:
+        return []
+    pixels = np.concatenate(regions)
+    z = frame.depth.take(pixels)
+    points, bins = view.points(pixels, z), colour_bins(frame.rgb, pixels)
+    area = view.pixel_area(z)
+    ends = np.cumsum([len(region) for region in regions])
+    return [
+        Blob(pixels[a:b], points[a:b], bins[a:b], float(area[a:b].sum()))
+        for a, b in zip([0, *ends[:-1]], ends, strict=True)
+    ]
 
 
 def merged(blobs: list[Blob]) -> Blob:
     """One blob of several, or of none."""
     if not blobs:
-        return Blob(np.zeros(0, np.intp), np.zeros((0, 3), np.float32), 0.0)
+        none = np.zeros(0, np.intp)
+        return Blob(none, np.zeros((0, 3), np.float32), none.astype(np.int32), 0.0)
     if len(blobs) == 1:
         return blobs[0]
     return Blob(
         np.concatenate([b.pixels for b in blobs]),
         np.concatenate([b.points for b in blobs]),
+        np.concatenate([b.bins for b in blobs]),
         sum(b.area for b in blobs),
     )
 

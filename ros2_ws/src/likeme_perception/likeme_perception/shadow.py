@@ -47,5 +47,7 @@ def shadowed_things(
             z = (known.height / 2 - view.origin[2]) / view.slope.ravel()[pixels]
             area = float(view.pixel_area(z).sum())
             if area >= least_area:
-                blobs.append(Blob(pixels, view.points(pixels, z), area))
+                blobs.append(
+                    Blob(pixels, view.points(pixels, z), colour_bins(frame.rgb, pixels), area)
+                )
     return blobs
