@@ -59,6 +59,7 @@ def grown_by_colour(
 
 def _difference(a: ImageB, b: ImageB) -> NDArray[np.float32]:
     """CIELAB distance of 8-bit colours (N, 3); L counts little: shadows are no difference."""
-    light, green, blue = np.ascontiguousarray(a.T).astype(np.float32) - b.T
-    light *= np.float32(0.2)
-    return np.asarray(np.sqrt(light * light + green * green + blue * blue))
+    delta = np.ascontiguousarray(a.T).astype(np.float32) - b.T
+    delta[0] *= np.float32(0.2)
+    delta *= delta
+    return np.asarray(np.sqrt(delta[0] + delta[1] + delta[2]))

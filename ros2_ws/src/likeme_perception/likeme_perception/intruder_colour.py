@@ -43,9 +43,9 @@ class IntruderColour:
         self._seen.show(bins)
 
     def things_among(self, pixels: Index, bins: Bins, width: int) -> Mask:
-        """Which of an intruder's pixels (flat indices) look like known things, with their beside.
+        """Which of an intruder's pixels look, with those about them, like known things.
 
-        width: of the image.
+        pixels: flat indices (N,) in an image of that width.
         """
         if self._known is None:
             return np.zeros(len(pixels), bool)

@@ -115,7 +115,7 @@ def image_components(mask: ImageB, least_pixels: int = 12) -> list[Index]:
 
 
 def rows_and_columns(pixels: Index, width: int) -> tuple[Index, Index]:
-    """Of flat pixel indices; np.divmod does the same in several times the time."""
+    """Rows and columns of flat pixel indices; np.divmod takes much longer for the same."""
     rows = pixels // width
     return rows, pixels - rows * width
 
