@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.segmentation import Index
-
 ImageB = NDArray[np.uint8]
+Index = NDArray[np.intp]
 Bins = NDArray[np.int32]
 LogDensity = NDArray[np.float32]
 
@@ -39,18 +38,23 @@ def colour_bins(rgb: ImageB, pixels: Index) -> Bins:
     """Histogram bin of each pixel (flat indices), (N,)."""
     if len(pixels) == 0:
         return np.zeros(0, np.int32)
+    return bins_of_lab(lab_at(rgb, pixels))
+
+
+def lab_at(rgb: ImageB, pixels: Index) -> ImageB:
+    """Colours of one pixel or more (flat indices) in OpenCV's 8-bit CIELAB, (N, 3)."""
     flat = (
-        rgb.reshape(-1, 3)[pixels]
+        rgb.reshape(-1, 3).take(pixels, axis=0)
         if rgb.flags.c_contiguous
         else rgb[np.unravel_index(pixels, rgb.shape[:2])]
     )
-    return bins_of_lab(cv2.cvtColor(flat[None], cv2.COLOR_RGB2LAB)[0])
+    return cast(ImageB, cv2.cvtColor(flat[None], cv2.COLOR_RGB2LAB)[0])
 
 
 def bins_of_lab(lab: ImageB) -> Bins:
     """Histogram bin of colours (N, 3) in OpenCV's 8-bit CIELAB."""
-    wide = lab.astype(np.int32)
-    return cast(Bins, (wide[:, 0] >> 5) << 12 | (wide[:, 1] >> 2) << 6 | wide[:, 2] >> 2)
+    light, a, b = np.ascontiguousarray(lab.T).astype(np.int32)
+    return cast(Bins, (light >> 5) << 12 | (a >> 2) << 6 | b >> 2)
 
 
 @lru_cache(maxsize=1)

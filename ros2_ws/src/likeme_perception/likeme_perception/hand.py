@@ -2,38 +2,42 @@
 
 Depth finds them (something large that comes in from outside the table, or is too large for a
 thing), the side they come in over says whose they are, and colour, learned on line from what was
-seen of them, cuts the held thing from the hand: glove or sleeve need no setting.
+seen of them, cuts the held thing from the hand.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import cast
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.background import Background
-from likeme_perception.colour import UNKNOWN_LOG_DENSITY, LogDensity, OnlineColour, colour_bins
+from likeme_perception.colour import LogDensity
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.growth import grown_by_colour, unlike_background
 from likeme_perception.hand_tip import HandTip, hand_tip
+from likeme_perception.intruder_colour import IntruderColour
 from likeme_perception.rgbd import RgbdFrame
-from likeme_perception.segmentation import Blob, Index, blob_of, image_components
+from likeme_perception.segmentation import (
+    Blob,
+    Index,
+    blobs_of,
+    image_components,
+    merged,
+    rows_and_columns,
+)
 from likeme_perception.sides import nearest_side, sides_reached
 
 ImageB = NDArray[np.uint8]
 ImageF = NDArray[np.float32]
+Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
 # A hand or an arm rises at least this high (m) somewhere, and a part of one that the image cuts
 # off shows at least so many pixels of its edge.
 _RISEN = 0.03
 _EDGE_PIXELS = 30
-# A pixel of an intruder is a thing's when the catalogue explains its colour better by this log
-# ratio.
-_CUT = 1.0
 # A hand that is busy beside the table, this near (m), has not left it.
 _BESIDE = 0.15
 # A loose piece of a hand or an arm lies within its box or this many pixels beside it.
@@ -63,9 +67,8 @@ class IntruderSegmenter:
     def __init__(self, config: PerceptionConfig, catalogue: LogDensity | None) -> None:
         """catalogue: greatest log p(colour) of any known thing at each bin, None without any."""
         self._config = config
-        self._catalogue = catalogue
         self._before = {'hand': np.zeros(0, np.intp), 'arm': np.zeros(0, np.intp)}
-        self._colours = {'hand': OnlineColour(), 'arm': OnlineColour()}
+        self._colours = {kind: IntruderColour(catalogue) for kind in self._before}
 
     def segment(
         self, frame: RgbdFrame, foreground: ImageB, background: Background, protected: ImageB
@@ -74,30 +77,32 @@ class IntruderSegmenter:
 
         protected: pixels in which a resting thing was recognised unchanged, never hand or arm.
         """
-        found: dict[str, list[Index]] = {'hand': [], 'arm': []}
+        found: dict[str, list[Blob]] = {'hand': [], 'arm': []}
         rest: list[Blob] = []
-        for pixels in image_components(foreground):
-            blob = blob_of(pixels, frame.depth, background.view)
+        for blob in blobs_of(image_components(foreground), frame, background.view):
             kind = self._kind(blob, frame, background)
             if kind is None:
                 rest.append(blob)
                 continue
-            mine, other = self._cut(kind, blob, frame, background, protected)
-            found[kind].append(mine)
-            if len(other):
-                rest.append(blob_of(other, frame.depth, background.view))
+            thing = self._things_in(kind, blob, frame, background, protected)
+            if thing.any():
+                rest += blobs_of([blob.pixels[thing]], frame, background.view)
+                blob = blob.part(~thing)
+            found[kind].append(blob)
         boxes = {kind: _box(found[kind], frame.depth.shape[1]) for kind in found}
-        things = [blob for blob in rest if not self._joins(blob, frame, found, boxes)]
+        things = [
+            blob for blob in rest if not self._joins(blob, found, boxes, frame.depth.shape[1])
+        ]
         return self._result(found, things, frame, background, foreground)
 
     def _kind(self, blob: Blob, frame: RgbdFrame, background: Background) -> str | None:
         """'hand', 'arm' or, for a thing, None."""
-        c, table, points = self._config, background.area, blob.points
+        c, table = self._config, background.area
         sides = c.human_sides + c.robot_sides
-        area = background.view.pixel_area(frame.depth.ravel()[blob.pixels])
-        reached = sides_reached(points, area, table, -c.fallen_depth, sides)
+        area = background.view.pixel_area(frame.depth.take(blob.pixels))
+        reached = sides_reached(blob.xyz, area, table, -c.fallen_depth, sides)
         if not reached and sides and self._too_large(blob, frame.depth.shape):
-            reached = frozenset([nearest_side(points, table, sides)])
+            reached = frozenset([nearest_side(blob.xyz, table, sides)])
         kinds = [
             k for k, own in (('arm', c.robot_sides), ('hand', c.human_sides)) if reached & set(own)
         ]
@@ -111,95 +116,78 @@ class IntruderSegmenter:
 
     def _too_large(self, blob: Blob, shape: tuple[int, ...]) -> bool:
         """Whether a blob is larger than any thing, or large and cut off by the image's edge."""
-        if blob.points[:, 2].max() < _RISEN:
+        if blob.xyz[2].max() < _RISEN:
             return False
-        size = float(np.ptp(blob.points[:, :2], axis=0).max())
-        rows, columns = np.divmod(blob.pixels, shape[1])
+        c, size = self._config, blob.extent
+        if size > c.max_object_length or not size > c.cut_off_length:
+            return size > c.max_object_length
+        rows, columns = rows_and_columns(blob.pixels, shape[1])
         edge = (rows < 2) | (columns < 2) | (rows >= shape[0] - 2) | (columns >= shape[1] - 2)
-        cut_off = int(np.count_nonzero(edge)) > _EDGE_PIXELS
-        cut_off = cut_off and size > self._config.cut_off_length
-        return size > self._config.max_object_length or cut_off
+        return int(np.count_nonzero(edge)) > _EDGE_PIXELS
 
-    def _cut(
+    def _things_in(
         self, kind: str, blob: Blob, frame: RgbdFrame, background: Background, protected: ImageB
-    ) -> tuple[Index, Index]:
-        """An intruder's own pixels and those of the things in front of, under or in it."""
-        kept = protected.ravel()[blob.pixels] > 0
-        own = blob.pixels[~kept][::3]
-        self._learn(kind, frame, own[unlike_background(frame, background, own)])
-        if self._catalogue is None:
-            return blob.pixels[~kept], blob.pixels[kept]
+    ) -> Mask:
+        """Which pixels of an intruder are those of things in front of, under or in it."""
+        thing = protected.take(blob.pixels) > 0
+        own = np.flatnonzero(~thing)[::3]
+        self._colours[kind].learn(
+            blob.bins[own[unlike_background(frame, background, blob.pixels[own])]]
+        )
         # Things are over the table or just beside it; the rest of a long arm need not be searched.
-        x, y = blob.points[:, 0], blob.points[:, 1]
+        x, y, _ = blob.xyz
         near = np.flatnonzero(background.area.contains(x, y, _SEARCHED))
         if len(near) == 0:
-            return blob.pixels, near
-        bins = colour_bins(frame.rgb, blob.pixels[near])
-        density = np.maximum(self._colours[kind].log_density[bins], UNKNOWN_LOG_DENSITY)
-        ratio = np.asarray(self._catalogue[bins] - density, np.float32)
-        thing = kept
-        thing[near] |= _smooth(ratio, blob.pixels[near], frame.depth.shape) > _CUT
-        return blob.pixels[~thing], blob.pixels[thing]
-
-    def _learn(self, kind: str, frame: RgbdFrame, pixels: Index) -> None:
-        """Learn an intruder's colour from its pixels, but for those a known thing may explain."""
-        bins = colour_bins(frame.rgb, pixels)
-        if self._catalogue is not None:
-            bins = bins[self._catalogue[bins] < UNKNOWN_LOG_DENSITY + 2.0]
-        self._colours[kind].show(bins)
+            return np.zeros_like(thing)
+        thing[near] |= self._colours[kind].things_among(
+            blob.pixels[near], blob.bins[near], frame.depth.shape[1]
+        )
+        return thing
 
     def _joins(
         self,
         blob: Blob,
-        frame: RgbdFrame,
-        found: dict[str, list[Index]],
+        found: dict[str, list[Blob]],
         boxes: dict[str, Box | None],
+        width: int,
     ) -> bool:
         """Whether a loose piece is a finger or a link that something in front cut off."""
-        near = [
-            k for k, box in boxes.items() if box and _near(blob.pixels, box, frame.depth.shape[1])
-        ]
-        if not near:
-            return False
-        bins = colour_bins(frame.rgb, blob.pixels)
-        known = UNKNOWN_LOG_DENSITY if self._catalogue is None else self._catalogue[bins]
-        known = np.maximum(known, UNKNOWN_LOG_DENSITY)
-        for kind in near:
-            colour = self._colours[kind]
-            if colour.known and float(np.mean(colour.log_density[bins] - known)) > 0.5:
-                found[kind].append(blob.pixels)
+        for kind, box in boxes.items():
+            near = box is not None and _near(blob.pixels, box, width)
+            if near and self._colours[kind].explains(blob.bins):
+                found[kind].append(blob)
                 return True
         return False
 
     def _result(
         self,
-        found: dict[str, list[Index]],
+        found: dict[str, list[Blob]],
         things: list[Blob],
         frame: RgbdFrame,
         background: Background,
         foreground: ImageB,
     ) -> Intruders:
-        none = np.zeros(0, np.intp)
-        hand, arm = (np.concatenate(found[k]) if found[k] else none for k in ('hand', 'arm'))
-        self._before = {'hand': hand, 'arm': arm}
+        hand, arm = merged(found['hand']), merged(found['arm'])
+        self._before = {'hand': hand.pixels, 'arm': arm.pixels}
         colour = self._colours['hand'].log_density
-        more = grown_by_colour(frame, background, hand, colour, foreground)
+        more = grown_by_colour(frame, background, hand.pixels, colour, foreground)
         return Intruders(
-            np.concatenate([hand, more]),
-            arm,
+            np.concatenate([hand.pixels, more]),
+            arm.pixels,
             _area_over_table(hand, frame.depth, background, _BESIDE),
             _area_over_table(arm, frame.depth, background),
-            hand_tip(hand, frame.depth, background, self._config.human_sides),
+            hand_tip(hand, background, self._config.human_sides),
             tuple(things),
         )
 
 
-def _box(pixels: list[Index], width: int) -> Box | None:
-    """First and last row and column of some pixels with a margin for loose pieces."""
+def _box(blobs: list[Blob], width: int) -> Box | None:
+    """First and last row and column of some blobs with a margin for loose pieces."""
+    pixels = merged(blobs).pixels
     # What reached in may have been cut away whole: all of it looked like the thing it holds.
-    if not any(len(piece) for piece in pixels):
+    if len(pixels) == 0:
         return None
-    rows, columns = np.divmod(np.concatenate(pixels), width)
+    rows, columns = rows_and_columns(pixels, width)
     return (
         int(rows.min()) - _LOOSE,
         int(rows.max()) + _LOOSE,
@@ -210,28 +198,14 @@ def _box(pixels: list[Index], width: int) -> Box | None:
 
 def _near(pixels: Index, box: Box, width: int) -> bool:
     """Whether the middle of some pixels lies within a box."""
-    row, column = (float(v.mean()) for v in np.divmod(pixels, width))
+    row, column = (float(v.mean()) for v in rows_and_columns(pixels, width))
     return box[0] < row < box[1] and box[2] < column < box[3]
 
 
-def _smooth(values: ImageF, pixels: Index, shape: tuple[int, int]) -> ImageF:
-    """Mean over the pixels' own neighbours within a 7x7 window."""
-    rows, columns = np.divmod(pixels, shape[1])
-    r0, c0 = rows.min(), columns.min()
-    box = (int(rows.max() - r0) + 1, int(columns.max() - c0) + 1)
-    image, weight = np.zeros(box, np.float32), np.zeros(box, np.float32)
-    image[rows - r0, columns - c0] = values
-    weight[rows - r0, columns - c0] = 1
-    total, count = (cv2.boxFilter(i, -1, (7, 7), normalize=False) for i in (image, weight))
-    return cast(ImageF, (total / np.maximum(count, 1))[rows - r0, columns - c0])
-
-
 def _area_over_table(
-    pixels: Index, depth: ImageF, background: Background, margin: float = 0.0
+    blob: Blob, depth: ImageF, background: Background, margin: float = 0.0
 ) -> float:
     """Surface (m^2) of the pixels that hide table or hang over it or its margin (m)."""
-    z = depth.ravel()[pixels]
-    points = background.view.points(pixels, z)
-    over = background.area.contains(points[:, 0], points[:, 1], margin)
-    over |= background.table.ravel()[pixels]
-    return float(background.view.pixel_area(z[over]).sum())
+    x, y, _ = blob.xyz
+    over = background.area.contains(x, y, margin) | background.table.take(blob.pixels)
+    return float(background.view.pixel_area(depth.take(blob.pixels[over])).sum())

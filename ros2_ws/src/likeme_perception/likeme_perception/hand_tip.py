@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from likeme_perception.background import Background
-from likeme_perception.segmentation import Index
+from likeme_perception.segmentation import Blob
 from likeme_perception.sides import nearest_side
-
-ImageF = NDArray[np.float32]
 
 # The tip of a hand: this much (m) of it from its farthest point.
 _TIP = 0.08
@@ -25,18 +22,14 @@ class HandTip(NamedTuple):
     low: float
 
 
-def hand_tip(
-    pixels: Index, depth: ImageF, background: Background, sides: tuple[str, ...]
-) -> HandTip | None:
+def hand_tip(hand: Blob, background: Background, sides: tuple[str, ...]) -> HandTip | None:
     """Where the hand's foremost part over the table is; the side it came in over is behind it."""
-    points = background.view.points(pixels, depth.ravel()[pixels])
-    over = background.area.contains(points[:, 0], points[:, 1])
+    x, y, _ = hand.xyz
+    over = background.area.contains(x, y)
     if np.count_nonzero(over) < 20:
         return None
-    side = nearest_side(points, background.area, sides)
-    inwards = {'near': (1, 0), 'far': (-1, 0), 'left': (0, -1), 'right': (0, 1)}[side]
-    ahead = points[over] @ np.array([*inwards, 0], np.float32)
-    tip = points[over][ahead > np.percentile(ahead, 99.5) - _TIP]
-    return HandTip(
-        float(tip[:, 0].mean()), float(tip[:, 1].mean()), float(np.percentile(tip[:, 2], 10))
-    )
+    side = nearest_side(hand.xyz, background.area, sides)
+    x, y, z = hand.xyz[:, over]
+    ahead = {'near': x, 'far': -x, 'left': -y, 'right': y}[side]
+    tip = ahead > np.percentile(ahead, 99.5) - _TIP
+    return HandTip(float(x[tip].mean()), float(y[tip].mean()), float(np.percentile(z[tip], 10)))

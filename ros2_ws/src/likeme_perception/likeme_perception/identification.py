@@ -65,6 +65,11 @@ class Catalogue:
         """Greatest log p(colour | object) over the catalogue at each colour bin, (bins,)."""
         return np.asarray(self.log_density.max(axis=0), np.float32)
 
+    @cached_property
+    def likeliest(self) -> NDArray[np.intp]:
+        """Which object explains each colour bin best, (bins,)."""
+        return np.asarray(self.log_density.argmax(axis=0))
+
 
 class Match(NamedTuple):
     """A blob called by a name; probability: against all other things, known or not."""

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.colour import Bins
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import CatalogueObject
 from likeme_perception.observation import ObjectObservation
@@ -23,12 +22,11 @@ SECOND = 1_000_000_000
 
 
 class Sighting(NamedTuple):
-    """An object found in a frame: pixels and points, shape, colours, p(identity)."""
+    """An object found in a frame: pixels, points and colours, shape, p(identity)."""
 
     blob: Blob
     shape: Shape
     identity: float
-    bins: Bins
     beside_intruder: bool
 
 

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.segmentation import Blob, Shape
+from likeme_perception.segmentation import Blob, Shape, rows_and_columns
 from likeme_perception.view import TableView
 
 ImageB = NDArray[np.uint8]
@@ -20,7 +20,7 @@ _RIM = np.ones((9, 9), np.uint8)
 def hidden_direction(blob: Blob, hiding: ImageB, view: TableView) -> NDArray[np.float64] | None:
     """Unit vector (x, y) from the visible part to what hides the rest, None without."""
     height, width = hiding.shape
-    rows, columns = np.divmod(blob.pixels, width)
+    rows, columns = rows_and_columns(blob.pixels, width)
     r0, r1 = max(int(rows.min()) - 5, 0), min(int(rows.max()) + 6, height)
     c0, c1 = max(int(columns.min()) - 5, 0), min(int(columns.max()) + 6, width)
     mine = np.zeros((r1 - r0, c1 - c0), np.uint8)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.background import Background, BackgroundLearner
-from likeme_perception.colour import colour_bins
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoDepthError
 from likeme_perception.hand import Intruders, IntruderSegmenter
@@ -21,6 +20,7 @@ from likeme_perception.regions import Regions, regions_of
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
 from likeme_perception.segmentation import (
     Blob,
+    Index,
     Shape,
     completed,
     mask_of,
@@ -120,9 +120,9 @@ class TabletopPerception:
             self._absorbed, self.absorbed = (*self._absorbed, still), self.absorbed + 1
         hand = found.hand_area > self.config.intruder_min_area
         arm = found.arm_area > self.config.intruder_min_area
-        hiding = _mask(found, frame.depth.shape)
+        hiding = _hiding(intruder, frame.depth.shape)
         blobs = self._blobs(found, frame)
-        sightings, things = self._named(blobs, frame, hiding if hand or arm else None)
+        sightings, things = self._named(blobs, hiding if hand or arm else None)
         regions = regions_of(self.config, background.area)
         scene = Scene(hand, arm, hiding, self._parked(frame), background.view, regions)
         objects = tuple(
@@ -155,15 +155,16 @@ class TabletopPerception:
             return blobs
         if intruder and self.background is not None:
             blobs += shadowed_things(frame, self.background, self.catalogue, least)
-        apart = [p for blob in blobs for p in parts_by_colour(blob, frame.rgb, self.catalogue)]
-        return pieces_joined(apart, frame.rgb, self.catalogue)
+        width = frame.depth.shape[1]
+        apart = [p for blob in blobs for p in parts_by_colour(blob, width, self.catalogue)]
+        return pieces_joined(apart, self.catalogue)
 
     def _named(
-        self, blobs: list[Blob], frame: RgbdFrame, hiding: ImageB | None
+        self, blobs: list[Blob], hiding: ImageB | None
     ) -> tuple[dict[int, Sighting], tuple[tuple[NDArray[np.intp], Shape], ...]]:
         """Sightings by catalogue index, and what is none of the known things."""
         camera = cast(Background, self.background).view.origin
-        seen = [_sighting(blob, frame, hiding, camera) for blob in blobs]
+        seen = [_sighting(blob, hiding, camera) for blob in blobs]
         matches: dict[int, Match] = {}
         if seen and self.catalogue.objects:
             table = np.stack([self._probability(s) for s in seen])
@@ -187,21 +188,17 @@ class TabletopPerception:
         return s.blob.area >= c.min_object_area and not s.beside_intruder and risen
 
     def _probability(self, s: Sighting) -> NDArray[np.float64]:
-        return identity_probability(self.catalogue, s.bins, None if s.beside_intruder else s.shape)
+        shape = None if s.beside_intruder else s.shape
+        return identity_probability(self.catalogue, s.blob.bins, shape)
 
 
-def _sighting(
-    blob: Blob, frame: RgbdFrame, hiding: ImageB | None, camera: NDArray[np.float32]
-) -> Sighting:
-    bins = colour_bins(frame.rgb, blob.pixels)
-    beside = hiding is not None and bool(hiding.ravel()[blob.pixels].any())
-    shape = completed(shape_of(blob.points), camera)
-    return Sighting(blob, shape, 0.0, bins, beside)
+def _sighting(blob: Blob, hiding: ImageB | None, camera: NDArray[np.float32]) -> Sighting:
+    beside = hiding is not None and bool(hiding.take(blob.pixels).any())
+    shape = completed(shape_of(blob), camera)
+    return Sighting(blob, shape, 0.0, beside)
 
 
-def _mask(found: Intruders, shape: tuple[int, ...]) -> ImageB:
-    """Hand and arm, grown by a few pixels, (H, W) 0 or 1."""
-    mask = mask_of(np.concatenate([found.hand, found.arm]), (shape[0], shape[1]))
-    if not len(found.hand) and not len(found.arm):
-        return mask
-    return cast(ImageB, cv2.dilate(mask, _BESIDE))
+def _hiding(intruder: Index, shape: tuple[int, int]) -> ImageB:
+    """The pixels of hand and arm (flat indices), grown by a few pixels, (H, W) 0 or 1."""
+    mask = mask_of(intruder, shape)
+    return cast(ImageB, cv2.dilate(mask, _BESIDE)) if len(intruder) else mask

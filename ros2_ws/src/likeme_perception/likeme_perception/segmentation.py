@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import cast
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_perception.colour import Bins, colour_bins
+from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.view import TableView
 
 ImageF = NDArray[np.float32]
@@ -24,17 +27,32 @@ _STEEPEST = float(np.radians(65.0))
 class Blob:
     """Pixels that belong together.
 
-    pixels: flat indices (N,). points: (N, 3) m, reference frame. area: seen surface, m^2.
+    pixels: flat indices (N,). points: (N, 3) m, reference frame. bins: of their colours (N,).
+    area: seen surface, m^2.
     """
 
     pixels: Index
     points: ImageF
+    bins: Bins
     area: float
+
+    @cached_property
+    def xyz(self) -> ImageF:
+        """The points' x, y and z, each contiguous, (3, N) m."""
+        return np.ascontiguousarray(self.points.T)
+
+    @property
+    def extent(self) -> float:
+        """Greatest length along x or y, m."""
+        return float(np.ptp(self.xyz[:2], axis=1).max())
 
     def part(self, chosen: NDArray[np.bool_]) -> Blob:
         """The blob of some of the pixels, their area in proportion."""
-        share = float(np.count_nonzero(chosen)) / max(len(self.pixels), 1)
-        return Blob(self.pixels[chosen], self.points[chosen], self.area * share)
+        at = np.flatnonzero(chosen)
+        share = len(at) / max(len(self.pixels), 1)
+        return Blob(
+            self.pixels[at], self.points.take(at, axis=0), self.bins[at], self.area * share
+        )
 
 
 @dataclass(frozen=True)
@@ -52,44 +70,61 @@ class Shape:
     height: float
 
 
-def blob_of(pixels: Index, depth: ImageF, view: TableView) -> Blob:
-    """Points and area of some pixels (flat indices) that all have a depth reading."""
-    z = depth.ravel()[pixels]
-    return Blob(pixels, view.points(pixels, z), float(view.pixel_area(z).sum()))
+def blobs_of(regions: list[Index], frame: RgbdFrame, view: TableView) -> list[Blob]:
+    """A blob of each region (flat indices) of pixels that all have a depth reading."""
+    if not regions:
+        return []
+    pixels = np.concatenate(regions)
+    z = frame.depth.take(pixels)
+    points, bins = view.points(pixels, z), colour_bins(frame.rgb, pixels)
+    area = view.pixel_area(z)
+    ends = np.cumsum([len(region) for region in regions])
+    return [
+        Blob(pixels[a:b], points[a:b], bins[a:b], float(area[a:b].sum()))
+        for a, b in zip([0, *ends[:-1]], ends, strict=True)
+    ]
 
 
 def merged(blobs: list[Blob]) -> Blob:
-    """One blob of several."""
+    """One blob of several, or of none."""
+    if not blobs:
+        none = np.zeros(0, np.intp)
+        return Blob(none, np.zeros((0, 3), np.float32), none.astype(np.int32), 0.0)
+    if len(blobs) == 1:
+        return blobs[0]
     return Blob(
         np.concatenate([b.pixels for b in blobs]),
         np.concatenate([b.points for b in blobs]),
+        np.concatenate([b.bins for b in blobs]),
         sum(b.area for b in blobs),
     )
 
 
 def image_components(mask: ImageB, least_pixels: int = 12) -> list[Index]:
     """Flat pixel indices of each 8-connected region of a mask, largest first."""
-    left, top, wide, high = cv2.boundingRect(mask)
-    part = mask[top : top + high, left : left + wide]
-    if part.size == 0:
+    _, top, _, high = cv2.boundingRect(mask)
+    band = mask[top : top + high]
+    inside = np.flatnonzero(band > 0)
+    if len(inside) == 0:
         return []
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(part, connectivity=8)
-    found = []
-    for k in range(1, count):
-        x, y, w, h, area = (int(v) for v in stats[k])
-        if area < least_pixels:
-            continue
-        rows, columns = np.nonzero(labels[y : y + h, x : x + w] == k)
-        found.append((rows + y + top) * mask.shape[1] + columns + x + left)
-    return sorted(found, key=len, reverse=True)
+    # Sorting the pixels by label costs less than the statistics OpenCV would give of each region.
+    label = cv2.connectedComponents(band, connectivity=8)[1].take(inside)
+    ordered = inside[np.argsort(label, kind='stable')] + top * mask.shape[1]
+    regions = np.split(ordered, np.cumsum(np.bincount(label))[:-1])
+    return sorted((r for r in regions if len(r) >= least_pixels), key=len, reverse=True)
 
 
-def _cells(points: ImageF, size: float) -> tuple[NDArray[np.int64], tuple[int, int]]:
+def rows_and_columns(pixels: Index, width: int) -> tuple[Index, Index]:
+    """Rows and columns of flat pixel indices; np.divmod takes much longer for the same."""
+    rows = pixels // width
+    return rows, pixels - rows * width
+
+
+def _cells(blob: Blob, size: float) -> tuple[NDArray[np.int64], tuple[int, int]]:
     """Flat top-view cell of each point and the grid's shape."""
-    low = points[:, :2].min(axis=0)
-    cell = ((points[:, :2] - low) / size).astype(np.int64)
-    shape = cell.max(axis=0) + 1
-    return cell[:, 0] * shape[1] + cell[:, 1], (int(shape[0]), int(shape[1]))
+    x, y = (((v - v.min()) / size).astype(np.int64) for v in blob.xyz[:2])
+    shape = int(x.max()) + 1, int(y.max()) + 1
+    return x * shape[1] + y, shape
 
 
 def top_view_parts(blob: Blob, cell_size: float, least_area: float = 0.0) -> list[Blob]:
@@ -99,7 +134,7 @@ def top_view_parts(blob: Blob, cell_size: float, least_area: float = 0.0) -> lis
     """
     if len(blob.pixels) == 0:
         return []
-    cell, shape = _cells(blob.points, cell_size)
+    cell, shape = _cells(blob, cell_size)
     if shape[0] * shape[1] > 4_000_000:
         return [blob]
     count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape)
@@ -111,31 +146,32 @@ def top_view_parts(blob: Blob, cell_size: float, least_area: float = 0.0) -> lis
     return [p for p in parts if p.area >= least_area]
 
 
-def shape_of(points: ImageF, cell_size: float = 0.005) -> Shape:
+def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
     """Centroid and principal axes over the covered top-view cells.
 
     Every covered cell counts once, so that a side which faces the camera does not pull the
     centroid.
     """
-    cell, shape = _cells(points, cell_size)
+    cell, shape = _cells(blob, cell_size)
     count = np.bincount(cell, minlength=shape[0] * shape[1])
     covered = np.flatnonzero(count)
     xy = np.stack(
-        [np.bincount(cell, points[:, k], len(count))[covered] / count[covered] for k in (0, 1)],
+        [np.bincount(cell, v, len(count))[covered] / count[covered] for v in blob.xyz[:2]],
         axis=1,
     )
     centre = xy.mean(axis=0)
     spread = (xy - centre).T @ (xy - centre) / len(xy) + np.eye(2) * cell_size**2 / 12
     axes = np.linalg.eigh(spread)[1]
     major = axes[:, 1]
-    some = points[:: max(1, len(points) // 500)]
+    some = blob.points[:: max(1, len(blob.points) // 500)]
     along, across = (some[:, :2] - centre) @ major, (some[:, :2] - centre) @ axes[:, 0]
     # One in a hundred points at either end is noise; what it cuts off is about a cell.
-    length, width = (float(np.ptp(np.percentile(v, [1, 99]))) for v in (along, across))
+    low, high = np.percentile([along, across], [1, 99], axis=1)
+    length, width = (float(v) for v in high - low)
     yaw = float(np.arctan2(major[1], major[0]))
     yaw = yaw - np.pi if yaw > np.pi / 2 else yaw + np.pi if yaw <= -np.pi / 2 else yaw
     return Shape(
-        (float(centre[0]), float(centre[1]), float(points[:, 2].mean())),
+        (float(centre[0]), float(centre[1]), float(blob.xyz[2].mean())),
         yaw,
         max(length, width),
         min(length, width),

@@ -33,12 +33,12 @@ def shadowed_things(
     if len(blind) == 0 or not catalogue.objects:
         return []
     view = background.view
-    density = catalogue.log_density[:, colour_bins(frame.rgb, blind)]
-    likeliest = density.argmax(axis=0)
-    clear = density.max(axis=0) > UNKNOWN_LOG_DENSITY + _CLEARLY
+    bins = colour_bins(frame.rgb, blind)
+    clear = catalogue.best_log_density[bins] > UNKNOWN_LOG_DENSITY + _CLEARLY
+    blind, likeliest = blind[clear], catalogue.likeliest[bins[clear]]
     blobs = []
     for k, known in enumerate(catalogue.objects):
-        chosen = blind[clear & (likeliest == k)]
+        chosen = blind[likeliest == k]
         if len(chosen) < _FEW:
             continue
         mine = mask_of(chosen, frame.depth.shape)
@@ -47,5 +47,7 @@ def shadowed_things(
             z = (known.height / 2 - view.origin[2]) / view.slope.ravel()[pixels]
             area = float(view.pixel_area(z).sum())
             if area >= least_area:
-                blobs.append(Blob(pixels, view.points(pixels, z), area))
+                blobs.append(
+                    Blob(pixels, view.points(pixels, z), colour_bins(frame.rgb, pixels), area)
+                )
     return blobs

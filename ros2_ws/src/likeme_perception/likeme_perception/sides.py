@@ -16,31 +16,32 @@ _REACH_AREA = 0.0003
 
 
 def sides_reached(
-    points: ImageF,
+    xyz: ImageF,
     area: ImageF,
     table: Rectangle,
     floor: float,
     sides: tuple[str, ...],
 ) -> frozenset[str]:
-    """Over which of some sides of the table points (N, 3) reach in.
+    """Over which of some sides of the table points (3, N) reach in.
 
     area: seen surface of each point, m^2. floor: points lower than this lie beside the table.
     """
-    x, y, level = points[:, 0], points[:, 1], points[:, 2] > floor
+    x, y, z = xyz
     beyond = {
         'near': table.x_min - x,
         'far': x - table.x_max,
         'left': y - table.y_max,
         'right': table.y_min - y,
     }
+    level = z > floor
     return frozenset(
         side for side in sides if area[level & (beyond[side] > _REACH)].sum() > _REACH_AREA
     )
 
 
-def nearest_side(points: ImageF, table: Rectangle, sides: tuple[str, ...]) -> str:
-    """Which of some sides of the table points (N, 3) come closest to."""
-    x, y = points[:, 0], points[:, 1]
+def nearest_side(xyz: ImageF, table: Rectangle, sides: tuple[str, ...]) -> str:
+    """Which of some sides of the table points (3, N) come closest to."""
+    x, y, _ = xyz
     gap = {
         'near': float(x.min()) - table.x_min,
         'far': table.x_max - float(x.max()),

@@ -44,7 +44,12 @@ class TableView:
 
     def points(self, pixels: NDArray[np.intp], depth: ImageF) -> ImageF:
         """Points (N, 3) of flat pixel indices (N,) with their depths (N,), m."""
-        return np.asarray(self.directions[pixels] * depth[:, None] + self.origin, np.float32)
+        points = self.directions.take(pixels, axis=0)
+        # Axis by axis: broadcasting along rows of three is many times slower.
+        for axis, offset in enumerate(self.origin):
+            points[:, axis] *= depth
+            points[:, axis] += offset
+        return points
 
     def depth_at_height(self, height: float | ImageF) -> ImageF:
         """Depth at which each pixel's ray has this height over the table, (H, W); inf if never."""
