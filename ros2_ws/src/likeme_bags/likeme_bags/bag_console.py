@@ -23,7 +23,12 @@ from likeme_bags.info import described, in_words
 from likeme_bags.reading import open_bag
 from likeme_bags.verdicts import Level
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False)
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
 
 Bag = Annotated[Path, typer.Argument(help='A rosbag2 folder, a .mcap, .db3 or ROS 1 .bag file.')]
 Out = Annotated[Path, typer.Option('--out', help='Folder of the new bag; must not exist.')]
@@ -223,7 +228,7 @@ def _export(
 
 def main() -> None:
     """Entry point of `bag`."""
-    app()
+    app(prog_name='bag')
 
 
 if __name__ == '__main__':

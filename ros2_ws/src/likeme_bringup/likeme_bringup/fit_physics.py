@@ -32,7 +32,7 @@ TRIALS = 8
 # After which steps what was found is tried once more, on all fitted rows with seeds of its own.
 MARKS, MARK_TRIALS, MARK_SEED = (1, len(WIDE) - 1, len(STEPS) - 1), 12, 2**30
 
-app = typer.Typer(add_completion=False)
+app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 
 @app.command()
@@ -108,4 +108,4 @@ def _best_of(
 
 
 if __name__ == '__main__':
-    app()
+    app(prog_name='fit_physics')

@@ -15,7 +15,7 @@ from likeme_bringup.reproductions.report import Options, Report, save_figure
 
 INTERRUPTED = 130
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
 @app.command()
@@ -118,4 +118,4 @@ def _refuse(sentence: str) -> None:
 
 
 if __name__ == '__main__':
-    app()
+    app(prog_name='reproduce')

@@ -139,7 +139,7 @@ def _learned_entry(
     return catalogue_yaml(Catalogue((catalogue_entry(name, [colours], [shape], [area]),)))
 
 
-app = typer.Typer(add_completion=False)
+app = typer.Typer(add_completion=False, rich_markup_mode=None)
 
 
 @app.command()
@@ -199,7 +199,7 @@ def look(
 
 def main() -> None:
     """Entry point of `look`."""
-    app()
+    app(prog_name='look')
 
 
 if __name__ == '__main__':
