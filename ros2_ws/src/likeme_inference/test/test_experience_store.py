@@ -22,7 +22,8 @@ from likeme_inference.experience.schema import metadata, trials
 from likeme_inference.experience.store import BATCH, ExperienceStore
 from likeme_inference.experience.trial import Pair
 from likeme_inference.tabletop.domain import Action, State
-from likeme_inference.tabletop.model_file import format_model, parse
+from likeme_inference.tabletop.model_file import format_model
+from likeme_inference.tabletop.model_parser import parse
 
 WRITER = """
 import sys

@@ -10,14 +10,13 @@ import pytest
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.domain import TABLETOP, Action, Mode, State
 from likeme_inference.tabletop.model_file import (
-    ModelFileError,
     format_model,
     load,
     load_tabletop,
-    parse,
     save,
     shipped,
 )
+from likeme_inference.tabletop.model_parser import ModelFileError, parse
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 
 GOOD = """\

@@ -15,9 +15,9 @@ from likeme_bringup.learning.trial_cell import ATTEMPTS
 from likeme_inference.experiments.demonstrations import CHANGES
 from likeme_inference.experiments.episode import Act, Ending, Episode
 from likeme_inference.experiments.forecast import Case, Estimate
-from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.domain import Manner, Mode
+from likeme_inference.tabletop.model_parser import parse
 from likeme_inference.tabletop.robot_model import RobotModel
 
 #: Estimates of p(X_f | X_i, A) the robot may act on.
@@ -89,4 +89,4 @@ def _stage(task: Task) -> Stage:
 
 @lru_cache(maxsize=4)
 def _model(text: str) -> RobotModel:
-    return model_file.parse(text)
+    return parse(text)

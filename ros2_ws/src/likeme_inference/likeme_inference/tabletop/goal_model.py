@@ -45,7 +45,7 @@ class GoalModel:
             actions a' may be others than the robot's. The robot's own is "like me".
         demonstrator_policy: what they do for a goal, shape [x_i, g, a'].
         domain: what the numbers stand for: decides ties and which states are out of reach. None:
-            nameless states that are goals, none of them out of reach.
+            nothing has a name, and no state is out of reach.
     """
 
     transition: FloatArray
