@@ -31,7 +31,7 @@ def list_command(node_name: NodeName, network: Network = False, domain: Domain =
     with asked(node_name, network, domain) as parameters:
         names = sorted(parameters.names())
         lines = [
-            f'{about.name}: {plain(value)}   # {about.description}{span(about)}'
+            f'{about.name}: {plain(value)}   # {about.description.rstrip(".")}{span(about)}'
             for about, value in zip(
                 parameters.described(names), parameters.values(names), strict=True
             )
