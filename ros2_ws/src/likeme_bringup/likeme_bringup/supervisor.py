@@ -109,7 +109,6 @@ class Supervisor:
 
     def stop(self) -> list[Ended]:
         """End all: SIGINT, after `grace` seconds SIGTERM, then SIGKILL; return the ends."""
-        ends: list[Ended] = []
         for step in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             if self._running and step != signal.SIGINT:
                 names = ' and '.join(self._running)
@@ -117,9 +116,10 @@ class Supervisor:
             for child in self._running.values():
                 child.process.send_signal(step)
             deadline = time.monotonic() + self.grace
-            while self._running and time.monotonic() < deadline:
-                end = self.watch(deadline - time.monotonic())
-                ends += [end] if end else []
+            while self._running and (left := deadline - time.monotonic()) > 0:
+                self._turn(left)
+        # Several may have ended in one turn.
+        ends, self._ended = self._ended, []
         return ends
 
     def run(self) -> int:

@@ -97,6 +97,27 @@ def test_stop_asks_politely_first() -> None:
         assert sorted(supervisor.stop()) == [Ended('one', 0), Ended('two', 0)]
 
 
+class Late(Supervisor):
+    """Looks only once all children have ended, from when it is told to."""
+
+    late = False
+
+    def _turn(self, timeout: float | None) -> None:
+        for child in self._running.values() if self.late else ():
+            os.waitid(os.P_PID, child.process.pid, os.WEXITED | os.WNOWAIT)
+        super()._turn(timeout)
+
+
+def test_children_that_end_at_once_are_all_told_of() -> None:
+    out = io.StringIO()
+    children = [python('one', PATIENT), python('two', PATIENT)]
+    with Late(children, out=out, grace=BOUND) as supervisor:
+        wait_for(supervisor, out, 'one | up')
+        wait_for(supervisor, out, 'two | up')
+        supervisor.late = True
+        assert sorted(supervisor.stop()) == [Ended('one', 0), Ended('two', 0)]
+
+
 def test_a_child_that_ignores_all_is_killed() -> None:
     out = io.StringIO()
     supervisor = Supervisor([python('mule', STUBBORN)], out=out, grace=0.2)

@@ -162,7 +162,8 @@ class GoalModel:
     def goal_posterior(self, x_i: ArrayLike, x_f: ArrayLike) -> FloatArray:
         """P(G | x_i, x_f), actions summed out, shape [..., g] (Fig 3d, 8a).
 
-        A change that no goal can explain leaves the prior.
+        Whole numbers are known states, [0, 1, 0] three of them; real ones are distributions. A
+        change that no goal can explain leaves the prior.
         """
         states = len(self.transition)
         if isinstance(x_i, int) and isinstance(x_f, int):
