@@ -22,13 +22,6 @@ def model_of(options: Options) -> RobotModel:
     Raises:
         ValueError, OSError: it cannot be read, or learned, or knows no object.
     """
-    model = _named(options)
-    if not model.objects:
-        raise ValueError(f'expected trials of at least one object, got none in {options.model}.')
-    return model
-
-
-def _named(options: Options) -> RobotModel:
     if options.model in (None, 'shipped'):
         return model_file.shipped()
     if options.model == LEARNED:
@@ -45,6 +38,9 @@ def _named(options: Options) -> RobotModel:
 def _experienced(place: str) -> RobotModel:
     try:
         with closing(ExperienceStore(place, create=False)) as store:
-            return robot_model(store)
+            model = robot_model(store)
     except StoreError as error:
         raise ValueError(str(error)) from error
+    if not model.objects:
+        raise ValueError(f'expected trials of at least one object, got none in {place}.')
+    return model

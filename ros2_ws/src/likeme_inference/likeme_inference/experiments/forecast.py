@@ -17,10 +17,10 @@ import numpy as np
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION, sample_transitions
-from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, State
+from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
-from likeme_inference.tabletop.planning import plan, spread
+from likeme_inference.tabletop.planning import spread
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.transition_model import TransitionModel
 
@@ -162,7 +162,7 @@ def _several(
 ) -> Forecast:
     """A plan of several actions: asks where it can do nothing more and is not at its goal."""
     reached = known.goals[goal] > 0
-    best = plan(known.transition, reached, BUDGET, TABLETOP.stuck, TABLETOP.aimed[goal])
+    best = known.plan(goal, BUDGET)
     own, drawn = (
         spread(transition, best, x_i, BUDGET)[..., BUDGET, :]
         for transition in (known.transition, worlds)

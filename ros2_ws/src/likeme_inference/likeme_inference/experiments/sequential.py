@@ -10,7 +10,7 @@ from likeme_inference.experiments.demonstrations import CHANGES
 from likeme_inference.tabletop.action_selection import asks
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.domain import State
-from likeme_inference.tabletop.planning import Plan, plan, spread
+from likeme_inference.tabletop.planning import Plan, spread
 from likeme_inference.tabletop.robot_model import RobotModel
 
 BUDGETS = (1, 2, 3, 5, 10)
@@ -45,14 +45,13 @@ def sequential(
 
 
 def _row(model: RobotModel, name: str, actions: int, threshold: float) -> Row:
-    transition, domain = model.objects[name].transition, model.domain
+    known = model.goal_model(name)
     success, asked = [], []
     for x_i, g in CHANGES:
-        goal = domain.goal_matrix[g] > 0
-        best = plan(transition, goal, actions, domain.stuck, domain.aimed[g])
-        reached = float(spread(transition, best, x_i, actions)[actions] @ goal)
+        best = known.plan(g, actions)
+        reached = float(spread(known.transition, best, x_i, actions)[actions] @ known.goals[g])
         success.append(reached)
-        asked.append(_asks(transition, best, g, x_i, actions, threshold))
+        asked.append(_asks(known.transition, best, g, x_i, actions, threshold))
     reached, asks = float(np.mean(success)), float(np.mean(asked))
     return Row(actions, name, reached, 1 - reached, reached + (1 - reached) * HUMAN_SUCCESS, asks)
 

@@ -10,7 +10,6 @@ from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import Mode
 from likeme_inference.tabletop.goal_inference import TIE, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
-from likeme_inference.tabletop.planning import plan
 
 
 class Kind(IntEnum):
@@ -139,6 +138,6 @@ def _plan(model: GoalModel, x_i: int, goal: int, left: int) -> _Planned:
         held = (float(model.goals[goal, x_i]),) * model.transition.shape[1]
         success = held if resting else tuple(model.success(x_i, goal).tolist())
         return _Planned(map_index(success, model.aimed(goal)), 1, success, max(success))
-    best = plan(model.transition, model.goals[goal] > 0, left, model.stuck, model.aimed(goal))
+    best = model.plan(goal, left)
     quality, value = best.quality[left, x_i].tolist(), float(best.value[left, x_i])
     return _Planned(int(best.action[left, x_i]), left, tuple(quality), value)

@@ -34,9 +34,11 @@ def evidence(what: str, seen: ArrayLike, states: int) -> Evidence:
             f'Expected {what} as whole numbers or as distributions over {states} states, '
             f'got {array.dtype} of shape {array.shape}.'
         )
-    if not (np.isfinite(array) & (array >= 0)).all():
-        wrong = array[~(np.isfinite(array) & (array >= 0))]
-        raise ValueError(f'Expected {what} in probabilities of 0 or more, got {wrong.flat[0]}.')
+    wrong = ~((array >= 0) & np.isfinite(array))
+    if wrong.any():
+        raise ValueError(
+            f'Expected {what} in probabilities of 0 or more, got {array[wrong].flat[0]}.'
+        )
     return array.astype(np.float64, copy=False)
 
 

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from likeme_inference.tabletop import planning
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray
 from likeme_inference.tabletop.checks import number, numbers, sums_to_one, table
 from likeme_inference.tabletop.domain import Policy
@@ -22,6 +23,7 @@ from likeme_inference.tabletop.goal_inference import (
     posterior_table,
     reach,
 )
+from likeme_inference.tabletop.planning import Plan
 from likeme_inference.tabletop.policy import explored_policy
 from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import TransitionModel
@@ -187,6 +189,11 @@ class GoalModel:
         """P(X_f fulfils g | x_i, A) of every action, shape [a], read-only."""
         at = number('x_i', x_i, len(self.transition)), number('g', g, len(self.goals))
         return np.asarray(self._reach[at])
+
+    def plan(self, g: int, actions_left: int) -> Plan:
+        """The best actions for a goal; ties and reach follow the domain."""
+        goal = self.goals[number('g', g, len(self.goals))] > 0
+        return planning.plan(self.transition, goal, actions_left, self.stuck, self.aimed(g))
 
     @cached_property
     def _reach(self) -> FloatArray:
