@@ -5,7 +5,6 @@ Exit codes: 0 done, 1 refused, 2 wrong usage, 3 the node is not there, 130 Ctrl-
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Annotated, Any
@@ -31,7 +30,7 @@ def list_command(node_name: NodeName, network: Network = False, domain: Domain =
     with asked(node_name, network, domain) as parameters:
         names = sorted(parameters.names())
         lines = [
-            f'{about.name}: {plain(value)}   # {about.description.rstrip(".")}{span(about)}'
+            f'{about.name}: {flow(value)}   # {about.description.rstrip(".")}{span(about)}'
             for about, value in zip(
                 parameters.described(names), parameters.values(names), strict=True
             )
@@ -47,7 +46,7 @@ def get_command(
     with asked(node_name, network, domain) as parameters:
         parameters.one(name)
         (value,) = parameters.values([name])
-    end(Verdict(0, str(plain(value))))
+    end(Verdict(0, flow(value)))
 
 
 def set_command(
@@ -132,10 +131,11 @@ def meant(text: str, about: ParameterDescriptor) -> Any:
     return value
 
 
-def plain(value: Any) -> Any:
-    """A value as YAML has it, on one line."""
-    listed = list(value) if isinstance(value, array) else value
-    return yaml.safe_dump(listed, default_flow_style=True, width=1000).split('\n')[0]
+def flow(value: Any) -> str:
+    """A parameter value as YAML on one line."""
+    plain = list(value) if not isinstance(value, (str, bool, int, float)) else value
+    text = yaml.safe_dump(plain, default_flow_style=True, width=1000)
+    return text.removesuffix('\n').removesuffix('\n...')
 
 
 def span(about: ParameterDescriptor) -> str:

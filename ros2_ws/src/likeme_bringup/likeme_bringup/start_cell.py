@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
-from difflib import get_close_matches
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import typer
-from ament_index_python.packages import get_package_share_directory
 
 from likeme_bringup.one_cell import AlreadyRunningError, claim
-from likeme_bringup.replaying.settings import read_yaml
+from likeme_bringup.parameter_files import checked
 from likeme_bringup.supervisor import Child, Supervisor
 
 
@@ -71,8 +68,6 @@ class Settings(NamedTuple):
 
 
 DEFAULTS = Settings()
-# Every node has these.
-COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 # Up to the greatest that DDS has ports for.
 Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
@@ -105,49 +100,12 @@ def parameter_file(path: Path) -> Path:
     """The absolute path of a ROS parameter file, which every node will read.
 
     Raises:
-        typer.BadParameter: it is no YAML, not laid out as node: ros__parameters: name: value, or
-            names what there is not.
+        typer.BadParameter: see `parameter_files.checked`.
     """
     try:
-        nodes = read_yaml(path)
+        return checked(path)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint='--params') from None
-    laid_out = isinstance(nodes, dict) and all(
-        isinstance(node, dict) and 'ros__parameters' in node for node in nodes.values()
-    )
-    if not laid_out:
-        raise typer.BadParameter(
-            f'expected node: ros__parameters: name: value in {path}, see config/cell.yaml',
-            param_hint='--params',
-        )
-    known = read_yaml(Path(get_package_share_directory('likeme_bringup'), 'config', 'cell.yaml'))
-    for name, node in nodes.items():
-        check_names(path, name, node['ros__parameters'] or {}, known)
-    return path.resolve()
-
-
-def check_names(
-    path: Path, node: str, parameters: Mapping[str, object], known: Mapping[str, Any]
-) -> None:
-    """Refuse what no node of the cell would notice: ROS passes over names that nobody declares.
-
-    Raises:
-        typer.BadParameter: a node or a parameter that there is not.
-    """
-    nodes = [node.rpartition('/')[2]] if not node.endswith('*') else list(known)
-    if nodes[0] not in known:
-        raise typer.BadParameter(
-            f'expected one of the nodes {", ".join(known)} in {path}, got {node!r}',
-            param_hint='--params',
-        )
-    names = [name for each in nodes for name in known[each]['ros__parameters']]
-    for name in parameters:
-        if name not in names and name.partition('.')[0] not in COMMON:
-            like = get_close_matches(name, names, n=1, cutoff=0.4)
-            raise typer.BadParameter(
-                f'{node} has no parameter {name!r}{f"; {like[0]}?" if like else ""} ({path})',
-                param_hint='--params',
-            )
 
 
 def start_cell(

@@ -12,10 +12,10 @@ from typing import Annotated
 import typer
 
 from likeme_bags.errors import BagError
+from likeme_bringup.parameter_files import read_yaml
 from likeme_bringup.replaying.foreign import adapted, pairs
 from likeme_bringup.replaying.offline import Replayed, replay_offline
 from likeme_bringup.replaying.options import Options
-from likeme_bringup.replaying.settings import read_yaml
 from likeme_bringup.start_cell import Domain
 
 

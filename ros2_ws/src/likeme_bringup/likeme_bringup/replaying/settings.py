@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
+from likeme_bringup.parameter_files import read_yaml
 
 #: The key of a bag's custom data under which a recorder leaves the nodes' parameters, as JSON.
 KEY = 'likeme.parameters'
@@ -31,18 +31,6 @@ def recorded(custom: Mapping[str, str]) -> Parameters:
     if not isinstance(found, dict) or not all(isinstance(v, dict) for v in found.values()):
         raise ValueError(f'Expected node: name: value under {KEY} in metadata.yaml.')
     return {node: _taken(found[node]) for node in NODES if node in found}
-
-
-def read_yaml(path: Path) -> Any:
-    """What is in a YAML file.
-
-    Raises:
-        ValueError: it cannot be read.
-    """
-    try:
-        return yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())}') from None
 
 
 def from_file(path: Path) -> Parameters:

@@ -1,6 +1,6 @@
 """Writes config/cell.yaml from what the nodes declare, so that it is never a second truth.
 
-Run as `scripts/run.sh python -m likeme_bringup.parameters_node FILE`.
+Run as `scripts/run.sh python -m likeme_bringup.cell_yaml_node FILE`.
 """
 
 from __future__ import annotations
@@ -9,20 +9,19 @@ import importlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import rclpy
-import yaml
 from domain_coordinator import domain_id
 from rclpy.node import Node
 
-from likeme_bringup.param_node import span
-from likeme_bringup.start_cell import COMMON, MODULES
+from likeme_bringup.param_node import flow, span
+from likeme_bringup.parameter_files import COMMON
+from likeme_bringup.start_cell import MODULES
 
 HEADER = """\
 # Every parameter of every node, with its default and its range. A copy to start from: keep what
 # you change and start with `scripts/start_cell.sh --params FILE` or the launch file's
-# `params:=FILE`. Written by `python -m likeme_bringup.parameters_node`; a test keeps it true."""
+# `params:=FILE`. Written by `python -m likeme_bringup.cell_yaml_node`; a test keeps it true."""
 # Not a part of the cell, and started by itself.
 GAZE = 'likeme_inference.gaze_node'
 
@@ -48,13 +47,6 @@ def section(node: Node) -> Iterator[str]:
             about = node.describe_parameter(name)
             yield f'    # {about.description.rstrip(".")}{span(about)}.'
             yield f'    {name}: {flow(parameter.value)}'
-
-
-def flow(value: Any) -> str:
-    """A parameter value as YAML on one line."""
-    plain = list(value) if not isinstance(value, (str, bool, int, float)) else value
-    text = yaml.safe_dump(plain, default_flow_style=True, width=1000)
-    return text.removesuffix('\n').removesuffix('\n...')
 
 
 def cell_yaml() -> str:

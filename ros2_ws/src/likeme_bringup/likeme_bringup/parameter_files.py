@@ -1,0 +1,62 @@
+"""ROS parameter files: read, and held against what the cell's nodes declare."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import yaml
+from ament_index_python.packages import get_package_share_directory
+
+# Every node has these.
+COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+
+
+def read_yaml(path: Path) -> Any:
+    """What is in a YAML file.
+
+    Raises:
+        ValueError: it cannot be read.
+    """
+    try:
+        return yaml.safe_load(path.read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())}') from None
+
+
+def checked(path: Path) -> Path:
+    """The absolute path of a ROS parameter file, which every node of the cell will read.
+
+    Raises:
+        ValueError: it is no YAML, not laid out as node: ros__parameters: name: value, or names
+            what there is not.
+    """
+    nodes = read_yaml(path)
+    laid_out = isinstance(nodes, dict) and all(
+        isinstance(node, dict) and 'ros__parameters' in node for node in nodes.values()
+    )
+    if not laid_out:
+        raise ValueError(
+            f'expected node: ros__parameters: name: value in {path}, see config/cell.yaml'
+        )
+    known = read_yaml(Path(get_package_share_directory('likeme_bringup'), 'config', 'cell.yaml'))
+    for name, node in nodes.items():
+        _check_names(path, name, node['ros__parameters'] or {}, known)
+    return path.resolve()
+
+
+def _check_names(
+    path: Path, node: str, parameters: Mapping[str, object], known: Mapping[str, Any]
+) -> None:
+    """Refuse what no node of the cell would notice: ROS passes over names that nobody declares."""
+    nodes = [node.rpartition('/')[2]] if not node.endswith('*') else list(known)
+    if nodes[0] not in known:
+        raise ValueError(f'expected one of the nodes {", ".join(known)} in {path}, got {node!r}')
+    names = [name for each in nodes for name in known[each]['ros__parameters']]
+    for name in parameters:
+        if name not in names and name.partition('.')[0] not in COMMON:
+            like = get_close_matches(name, names, n=1, cutoff=0.4)
+            hint = f'; {like[0]}?' if like else ''
+            raise ValueError(f'{node} has no parameter {name!r}{hint} ({path})')
