@@ -13,9 +13,9 @@ import argparse
 from likeme_arm_sim.cell import Actor, Cell
 from likeme_arm_sim.offline import Eye, settle
 from likeme_arm_sim.scene import OBJECTS, Action, Scene, State
-from likeme_bringup.fitting.exact_test import multinomial_p_value, smoothed
-from likeme_bringup.fitting.judge import FRESH, LEVEL
-from likeme_bringup.fitting.rows import rows
+from likeme_experiments.physics_fit.evaluate import FRESH, LEVEL
+from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
+from likeme_experiments.physics_fit.trial_rows import rows
 from report import Bar, publish
 
 

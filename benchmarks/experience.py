@@ -19,8 +19,8 @@ from typing import NamedTuple
 import psutil
 
 from likeme_arm_sim.scene import OBJECTS
-from likeme_bringup.learning.offline import learn_locally
-from likeme_bringup.learning.trial_cell import simulated_robot
+from likeme_experiments.learning.offline import learn_locally
+from likeme_experiments.learning.trial_cell import simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.policy import Systematic
 from likeme_inference.experience.store import ExperienceStore

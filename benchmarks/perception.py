@@ -17,10 +17,10 @@ import cv2
 import numpy as np
 
 import report
+from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import Action, Scene, State
-from likeme_bringup.learning.eyes import object_view
+from likeme_experiments.learning.observed_cell import object_view
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
 from likeme_perception.look import look_at, read_frame, read_intrinsics

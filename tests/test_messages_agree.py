@@ -5,8 +5,6 @@ from __future__ import annotations
 from builtin_interfaces.msg import Time
 from std_msgs.msg import Header
 
-from likeme_bringup.replaying import entries
-from likeme_bringup.replaying.decision_log import TOPICS, entry_of
 from likeme_inference import messages as to_inference
 from likeme_perception import messages as from_perception
 from likeme_perception.observation import (
@@ -16,6 +14,8 @@ from likeme_perception.observation import (
     TableObservation,
 )
 from likeme_perception.regions import State
+from likeme_replay import log_entries as entries
+from likeme_replay.decision_log import TOPICS, entry_of
 
 ACT = Demonstration(
     'pear', State.RIGHT, State.OFFTABLE, (0.0, 1.0, 0.0), (3.5e-14, 0.25, 0.75), Manner.PLACE,

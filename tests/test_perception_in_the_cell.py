@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import Action, Scene
-from likeme_bringup.learning.eyes import Eyes, object_view
+from likeme_experiments.learning.observed_cell import Eyes, object_view
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
 from likeme_perception.observation import Demonstration, Manner, TableObservation

@@ -66,7 +66,7 @@ def test_the_built_messages_are_those_of_the_text() -> None:
 
 
 def test_the_callers_know_every_state_and_action() -> None:
-    from likeme_bringup.callers_node import Action, State
+    from likeme_bringup.ros.cell_commands import Action, State
 
     assert {s.name: s.number for s in State} == {
         name: value
@@ -116,14 +116,14 @@ def test_every_script_has_help(script: Path) -> None:
     ('script', 'module', 'words'),
     [
         ('start_cell.sh', 'likeme_bringup.start_cell', ()),
-        ('arm.sh', 'likeme_bringup.callers_node', ('arm',)),
-        ('show.sh', 'likeme_bringup.callers_node', ('show',)),
-        ('cell.sh', 'likeme_bringup.callers_node', ('cell', 'reset')),
+        ('arm.sh', 'likeme_bringup.ros.cell_commands', ('arm',)),
+        ('show.sh', 'likeme_bringup.ros.cell_commands', ('show',)),
+        ('cell.sh', 'likeme_bringup.ros.cell_commands', ('cell', 'reset')),
         ('demo.sh', 'likeme_bringup.demo', ()),
-        ('gaze.sh', 'likeme_bringup.gaze', ()),
-        ('record.sh', 'likeme_bringup.replaying.record', ()),
-        ('replay.sh', 'likeme_bringup.replaying.replay', ()),
-        ('ask_human.sh', 'likeme_inference.operator_node', ('answer',)),
+        ('gaze.sh', 'likeme_experiments.gaze_mentor', ()),
+        ('record.sh', 'likeme_replay.record', ()),
+        ('replay.sh', 'likeme_replay.replay', ()),
+        ('ask_human.sh', 'likeme_inference.ask_human_node', ('answer',)),
     ],
 )
 def test_a_scripts_help_names_every_option(

@@ -25,10 +25,10 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_srvs.srv import Trigger
 
+from likeme_arm.motion import Outcome
 from likeme_arm_sim import messages
 from likeme_arm_sim.cell import Actor, Cell, MotionResult
 from likeme_arm_sim.driver import Driver
-from likeme_arm_sim.motion import Outcome
 from likeme_arm_sim.node_settings import SETTINGS, cell_settings, driver_settings
 from likeme_arm_sim.scene import CAMERA_FRAME, Scene
 from likeme_msgs.msg import TableState

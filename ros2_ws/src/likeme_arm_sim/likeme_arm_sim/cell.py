@@ -10,20 +10,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_arm.motion import Ending, Look, ObjectView, Outcome
+from likeme_arm.primitives import PrimitiveSettings, act, refusal, retreat
 from likeme_arm_sim.arm import Arm
+from likeme_arm_sim.calibration_error import InexactMotion, draw_offset
 from likeme_arm_sim.camera import CellCamera
 from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
 from likeme_arm_sim.human_hand import HumanHand
-from likeme_arm_sim.inexact import InexactMotion, draw_offset
 from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.kinematics import Kinematics
 from likeme_arm_sim.layout import Placement, draw_layout, wanted_states
-from likeme_arm_sim.motion import Ending, Look, ObjectView, Outcome
+from likeme_arm_sim.motion_control import OnTick, Steering
 from likeme_arm_sim.physics import Physics
-from likeme_arm_sim.primitives import PrimitiveSettings, act, refusal, retreat
 from likeme_arm_sim.scene import Action, Scene, State
-from likeme_arm_sim.steering import OnTick, Steering
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import TIME_STEP, World
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from likeme_arm.motion import Ending, Outcome
 from likeme_arm_sim.hand import PALM_HEIGHT, Posture, Side
 from likeme_arm_sim.human_hand import AWAY, OPEN, HumanHand
 from likeme_arm_sim.kinematics import wrap_half_turn
-from likeme_arm_sim.motion import Ending, Outcome
 from likeme_arm_sim.scene import Action, Scene, State
 from likeme_arm_sim.world import TIME_STEP, Vector, World
 

@@ -11,10 +11,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 
+from likeme_arm.motion import ObjectView, Outcome
+from likeme_arm.perceived_objects import Sightings
 from likeme_arm_sim.cell import Actor, Cell, MotionResult
-from likeme_arm_sim.motion import ObjectView, Outcome
 from likeme_arm_sim.pacer import Pacer
-from likeme_arm_sim.sightings import Sightings
 from likeme_arm_sim.worker import Worker
 from likeme_arm_sim.world import STEP_RATE
 

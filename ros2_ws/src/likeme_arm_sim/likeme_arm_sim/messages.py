@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
+from likeme_arm.motion import ObjectView, Outcome
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.cell import MotionResult
 from likeme_arm_sim.driver import Driver
-from likeme_arm_sim.motion import ObjectView, Outcome
 from likeme_arm_sim.node_settings import Setting
 from likeme_arm_sim.scene import CameraMount, State
 from likeme_msgs.msg import ObjectState, TableState

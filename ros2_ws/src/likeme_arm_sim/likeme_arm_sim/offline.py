@@ -11,8 +11,9 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from likeme_arm.motion import ObjectView
+from likeme_arm.primitives import PrimitiveSettings
 from likeme_arm_sim.cell import Actor, Cell, CellSettings, MotionResult
-from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.physics import (
     TOY_PHYSICS,
     ArmAccuracy,
@@ -20,7 +21,6 @@ from likeme_arm_sim.physics import (
     Physics,
     fitted_fields,
 )
-from likeme_arm_sim.primitives import PrimitiveSettings
 from likeme_arm_sim.scene import Action, Scene, State
 
 # Keeps the camera's chance apart from the cell's, which is drawn from the bare seed.

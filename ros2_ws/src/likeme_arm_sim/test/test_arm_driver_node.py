@@ -23,8 +23,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
+from likeme_arm.motion import Outcome
 from likeme_arm_sim.messages import nanoseconds, time_message
-from likeme_arm_sim.motion import Outcome
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from likeme_arm.motion import Look, ObjectView, Outcome
+from likeme_arm.primitives import PrimitiveSettings
 from likeme_arm_sim.cell import Actor, Cell, CellSettings
-from likeme_arm_sim.motion import Look, ObjectView, Outcome
 from likeme_arm_sim.physics import ArmAccuracy, GripperPhysics, Physics
-from likeme_arm_sim.primitives import PrimitiveSettings
 from likeme_arm_sim.scene import OBJECTS, Action, Scene, State
 from likeme_arm_sim.world import TIME_STEP
 

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from likeme_arm.motion import Outcome
 from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
 from likeme_arm_sim.hand import Posture, Side, hand_parts
 from likeme_arm_sim.human_hand import AWAY, HumanHand, minimum_jerk
-from likeme_arm_sim.motion import Outcome
 from likeme_arm_sim.scene import Action, Scene, State
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import World

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from likeme_arm.motion import ObjectView, Outcome
 from likeme_arm_sim.cell import Actor, Cell, MotionResult
 from likeme_arm_sim.driver import Driver, DriverSettings
-from likeme_arm_sim.motion import ObjectView, Outcome
 from likeme_arm_sim.scene import Scene, State
 
 CHICKEN = {'chicken': ObjectView(0.44, -0.2, 0.0, State.RIGHT)}

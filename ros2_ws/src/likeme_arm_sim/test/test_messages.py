@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Point
 
+from likeme_arm.motion import ObjectView
 from likeme_arm_sim import messages
-from likeme_arm_sim.motion import ObjectView
 from likeme_arm_sim.scene import CameraMount, State
 from likeme_msgs.msg import ObjectState, TableState
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from likeme_arm.motion import Outcome
+from likeme_arm.primitives import PrimitiveSettings
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.fitted import FITTED, values
-from likeme_arm_sim.motion import Outcome
 from likeme_arm_sim.offline import Eye, EyeError, lone_cell, settings_with, settle, try_action
 from likeme_arm_sim.physics import Physics
-from likeme_arm_sim.primitives import PrimitiveSettings
 from likeme_arm_sim.scene import Action, State
 
 LEFT, RIGHT, OFFTABLE = State

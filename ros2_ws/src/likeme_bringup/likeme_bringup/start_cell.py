@@ -10,9 +10,9 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from likeme_bringup.one_cell import AlreadyRunningError, claim
 from likeme_bringup.parameter_files import checked
 from likeme_bringup.supervisor import Child, Supervisor
+from likeme_core.instance_lock import AlreadyRunningError, claim
 
 
 class Part(StrEnum):

@@ -17,12 +17,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
 from likeme_inference.experience.database import StoreError
-from likeme_inference.health_node import Health
-from likeme_inference.hearing_node import Hearing
-from likeme_inference.help_desk import AnswerRefusedError, HelpDesk
+from likeme_inference.help_requests import AnswerRefusedError, HelpDesk
+from likeme_inference.input_sequencer import Input
 from likeme_inference.node_settings import open_experience, read_model, read_settings
-from likeme_inference.parameters_node import NodeParameters, Values
-from likeme_inference.rehearsal import Input
+from likeme_inference.ros.diagnostics import Health
+from likeme_inference.ros.node_parameters import NodeParameters, Values
+from likeme_inference.ros.session_inputs import Hearing
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import help_request
 from likeme_inference.tabletop.robot_model import RobotModel

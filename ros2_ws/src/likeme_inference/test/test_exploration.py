@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from likeme_experiments.evaluation.exploration import Way, exploration, world_of
 from likeme_inference.experience.policy import InformationGain
 from likeme_inference.experience.trial import no_counts
-from likeme_inference.experiments.exploration import Way, exploration, world_of
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
 from likeme_inference.tabletop.domain import Manner
 from likeme_inference.tabletop.exploration import help_rate, information_gain

@@ -13,8 +13,8 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Header
 
 from graph import LATCHED, Graph
+from likeme_inference.input_sequencer import Input
 from likeme_inference.messages import stamp_ns, time_msg
-from likeme_inference.rehearsal import Input
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import Manner, Mode, State
 from likeme_inference.tabletop.values import Motion, Result
