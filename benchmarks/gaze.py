@@ -45,13 +45,13 @@ from likeme_gaze import (
     reverse_inference,
 )
 from likeme_gaze.blindfold import FIGURE_GROUPS, Group
-from likeme_gaze.simulation import Setting
+from likeme_gaze.simulation import SimulationSetup
 
 QUICK = '--quick' in sys.argv[1:]
 SEEDS, AGENTS, CHUNK = range(1, 7), (200 if QUICK else 10_000), 50
 CASES, SAMPLES = (2 if QUICK else 20), 1_000_000
 THEIRS = "the authors' code, Octave"
-SETTING = Setting()
+SETTING = SimulationSetup()
 #: Medians and 90th percentiles of the bars, degrees.
 ACCURACY = {'forward': (1.5, 3.9), 'reverse': (1.8, 5.0), 'following': (1.8, 5.0)}
 PEERS = {

@@ -10,6 +10,7 @@ import cv2
 import pytest
 from typer.testing import CliRunner, Result
 
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_experiments.evaluation.episode import Act, Episode
 from likeme_experiments.evaluation.forecast import Case
 from likeme_experiments.imitation import episodes
@@ -21,7 +22,6 @@ from likeme_experiments.learning.trial_cell import simulated_robot
 from likeme_experiments.reproduce import app
 from likeme_experiments.reproductions.models import model_of
 from likeme_experiments.reproductions.report import Options
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.model_file import format_model, shipped
 from likeme_inference.tabletop.robot_model import RobotModel
 

@@ -14,6 +14,7 @@ import psutil
 import pytest
 from typer.testing import CliRunner, Result
 
+from likeme_core.tabletop import State
 from likeme_experiments.learn import app
 from likeme_experiments.learning.observed_cell import distance_to_state
 from likeme_experiments.learning.offline import NoClusterError, dask_crew, learn, learn_locally
@@ -24,7 +25,7 @@ from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 from likeme_inference.tabletop.model_file import load
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.regions import State, regions_of
+from likeme_perception.regions import regions_of
 
 CAMPAIGN = Campaign(simulated_robot(), 'offline-5', 5, ('lemon',), Random(6))
 

@@ -16,13 +16,13 @@ SOURCES = ROOT / 'ros2_ws' / 'src'
 INTERFACES = SOURCES / 'likeme_msgs'
 MANIFESTS = sorted(SOURCES.glob('*/package.xml'))
 SCRIPTS = sorted(path for path in (ROOT / 'scripts').glob('*.sh') if path.name != 'env.sh')
-# Sub-modules that hold an enum of states or actions, one line for each package's own.
+#: Enums of likeme_core and the interface whose constants they are.
 ENUMS = (
-    ('likeme_arm_sim.scene', 'State', 'msg/ObjectState.msg'),
-    ('likeme_arm_sim.scene', 'Action', 'srv/ExecuteAction.srv'),
-    ('likeme_perception.regions', 'State', 'msg/ObjectState.msg'),
-    ('likeme_inference.tabletop.domain', 'State', 'msg/ObjectState.msg'),
-    ('likeme_inference.tabletop.domain', 'Action', 'srv/ExecuteAction.srv'),
+    ('likeme_core.tabletop', 'State', 'msg/ObjectState.msg'),
+    ('likeme_core.tabletop', 'Action', 'srv/ExecuteAction.srv'),
+    ('likeme_core.tabletop', 'Manner', 'msg/Demonstration.msg'),
+    ('likeme_core.outcomes', 'MotionOutcome', 'srv/ExecuteAction.srv'),
+    ('likeme_core.outcomes', 'Actor', 'msg/Outcome.msg'),
 )
 
 
@@ -44,12 +44,17 @@ def test_an_enum_has_the_numbers_of_the_interface(module: str, name: str, interf
 @pytest.mark.parametrize(('module', 'name', 'interface'), ENUMS)
 def test_an_enum_is_complete(module: str, name: str, interface: str) -> None:
     enum = getattr(importlib.import_module(module), name)
-    words = {'State': r'LEFT|RIGHT|OFFTABLE', 'Action': r'(PLACE|PUSH)_(LEFT|RIGHT|OFFTABLE)'}[
-        name
-    ]
-    assert {word for word in constants(interface) if re.fullmatch(words, word)} <= set(
-        enum.__members__
-    )
+    states = 'LEFT|RIGHT|OFFTABLE'
+    words = {
+        'State': states,
+        'Action': f'(PLACE|PUSH)_({states})',
+        'Manner': 'PLACE|PUSH',
+        # Every constant of ExecuteAction that is no action.
+        'MotionOutcome': f'(?!(PLACE|PUSH)_({states})$).*',
+        'Actor': 'ROBOT|HUMAN|NOBODY',
+    }[name]
+    found = {word for word in constants(interface) if re.fullmatch(words, word)}
+    assert found == set(enum.__members__)
 
 
 def test_the_built_messages_are_those_of_the_text() -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import Enum, auto
 from typing import NamedTuple
 
-from likeme_arm_sim.scene import OBJECTS, Action, State
+from likeme_arm_sim.scene import OBJECTS
+from likeme_core.tabletop import Action, State
 
 
 class Mishap(Enum):

@@ -13,11 +13,12 @@ from typing import Any
 import camera_messages
 from bag_recipes import Deed, Help, Mishap, Recipe, Robot, Set, Show, Wait
 from likeme_arm.motion import ObjectView
-from likeme_arm_sim import scene as cell_scene
-from likeme_arm_sim.cell import Actor, Cell, CellSettings
+from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.scene import Scene
 from likeme_bags.values import Record
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action, Manner
 from likeme_experiments.learning.observed_cell import object_view
 from likeme_inference.input_sequencer import Cue, Input
 from likeme_inference.tabletop.values import Reply
@@ -112,7 +113,7 @@ class SuiteScene:
     def _help(self, deed: Help) -> None:
         decision = self._cores.mind.session.decision
         assert decision is not None, 'The robot did not ask.'
-        place = cell_scene.Action(int(decision.goal))
+        place = Action.of(Manner.PLACE, decision.goal)
         self._show(Show(decision.object, place))
         self.cell.step(1.0, self._tick)
         self._hear(Input.ANSWER, answer=int(Reply.DONE_BY_HAND), message=deed.name)

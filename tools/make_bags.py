@@ -27,8 +27,8 @@ from bag_recipes import recipes as all_recipes
 from bag_scene import SuiteScene
 from likeme_bags.durable import DurableMcap, DurableWriter
 from likeme_bags.values import Record
+from likeme_core.tabletop import Action, Manner, State
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Manner, State
 from likeme_replay.decision_log import Event
 from likeme_replay.message_definitions import definitions
 from likeme_replay.offline_replay import replay_offline

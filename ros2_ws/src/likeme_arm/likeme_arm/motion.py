@@ -4,32 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import NamedTuple, Protocol
 
-from likeme_arm_sim.kinematics import ToolPose
-from likeme_arm_sim.scene import State
-
-
-class Outcome(IntEnum):
-    """How a motion ended; the numbers of likeme_msgs/ExecuteAction."""
-
-    COMPLETED = 0
-    NOT_GRASPED = 1
-    NO_IK_SOLUTION = 2
-    HELD = 3
-    OBJECT_NOT_SEEN = 4
-    OBJECT_OFFTABLE = 5
-    UNKNOWN_OBJECT = 6
-    UNKNOWN_ACTION = 7
-    BUSY = 8
-    EXPIRED = 9
+from likeme_arm.tool_pose import ToolPose
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import State
 
 
 class Ending(NamedTuple):
     """Outcome of a motion and a sentence for people."""
 
-    outcome: Outcome
+    outcome: MotionOutcome
     message: str
 
 

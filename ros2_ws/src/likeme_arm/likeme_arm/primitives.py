@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_arm.motion import Ending, Look, Motion, ObjectView, Outcome
-from likeme_arm_sim.fitted import fitted
-from likeme_arm_sim.kinematics import NoSolutionError, ToolPose, wrap_half_turn
-from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm.motion import Ending, Look, Motion, ObjectView
+from likeme_arm.tool_pose import NoSolutionError, ToolPose, wrap_half_turn
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.table import Table
+from likeme_core.tabletop import Action, Manner, State
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PrimitiveSettings:
     """How the robot acts: heights above the table and distances m, speeds m/s.
 
@@ -40,18 +41,18 @@ class PrimitiveSettings:
     """
 
     clear_height: float = 0.17
-    grasp_height: float = fitted('grasp_height')
-    release_height: float = fitted('release_height')
+    grasp_height: float
+    release_height: float
     carry_height: float = 0.14
     drop_height: float = 0.05
     drop_x: float = 0.34
     beyond_edge: float = 0.06
-    place_share: float = fitted('place_share')
+    place_share: float
     push_height: float = 0.016
-    push_gap: float = fitted('push_gap')
+    push_gap: float
     push_start: float = 0.085
-    push_past: float = fitted('push_past')
-    push_off_heading: float = fitted('push_off_heading')
+    push_past: float
+    push_off_heading: float
     back_off: float = 0.03
     fast: float = 0.45
     gentle: float = 0.14
@@ -67,7 +68,7 @@ LOST = 'the object slipped from the fingers while it was lifted'
 
 
 def place(
-    motion: Motion, scene: Scene, name: str, view: ObjectView, target: State, s: PrimitiveSettings
+    motion: Motion, table: Table, name: str, view: ObjectView, target: State, s: PrimitiveSettings
 ) -> Ending:
     """Grasp across the minor axis above the perceived centroid; if it holds, carry to `target`."""
     above = ToolPose(view.x, view.y, s.clear_height, wrap_half_turn(view.yaw))
@@ -84,33 +85,35 @@ def place(
         motion.open_gripper()
         motion.move_home()
         reason = LOST if grasped else LIFT_CLEAR
-        return Ending(Outcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
-    return _carry(motion, scene, name, above, target, s)
+        return Ending(MotionOutcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
+    return _carry(motion, table, name, above, target, s)
 
 
 def _carry(
-    motion: Motion, scene: Scene, name: str, above: ToolPose, target: State, s: PrimitiveSettings
+    motion: Motion, table: Table, name: str, above: ToolPose, target: State, s: PrimitiveSettings
 ) -> Ending:
-    spot = drop_spot(scene, above, target, s)
+    spot = drop_spot(table, above, target, s)
     motion.move_to(spot.lifted_to(s.carry_height), s.fast)
     if not motion.holding():
         motion.open_gripper()
         motion.move_home()
-        return Ending(Outcome.NOT_GRASPED, f'The {name} was lost on the way to {target.name}.')
+        return Ending(
+            MotionOutcome.NOT_GRASPED, f'The {name} was lost on the way to {target.name}.'
+        )
     motion.move_to(spot, s.gentle * 1.8)
     motion.open_gripper()
     motion.move_to(spot.lifted_to(s.clear_height), s.fast)
     motion.move_home()
-    return Ending(Outcome.COMPLETED, f'The {name} was set down at {target.name}.')
+    return Ending(MotionOutcome.COMPLETED, f'The {name} was set down at {target.name}.')
 
 
-def drop_spot(scene: Scene, held: ToolPose, target: State, s: PrimitiveSettings) -> ToolPose:
+def drop_spot(table: Table, held: ToolPose, target: State, s: PrimitiveSettings) -> ToolPose:
     """Where a held object is released: a fixed spot of the area; OFFTABLE past the right edge."""
-    area, top = scene.table.work_area, scene.table.top
+    area, top = table.work_area, table.top
     if target is State.OFFTABLE:
         return held._replace(x=s.drop_x, y=top.y_min - s.beyond_edge, z=s.drop_height)
     border = area.y_max if target is State.LEFT else area.y_min
-    line = scene.table.blue_line_y
+    line = table.blue_line_y
     y = line + (border - line) * s.place_share
     return held._replace(x=area.centre[0], y=y, z=s.release_height)
 
@@ -118,7 +121,7 @@ def drop_spot(scene: Scene, held: ToolPose, target: State, s: PrimitiveSettings)
 def push(
     motion: Motion,
     look: Look,
-    scene: Scene,
+    table: Table,
     name: str,
     view: ObjectView,
     target: State,
@@ -129,7 +132,7 @@ def push(
     Raises:
         NoSolutionError: inverse kinematics gave out before that.
     """
-    start, end = push_line(scene, view, target, s)
+    start, end = push_line(table, view, target, s)
     motion.open_gripper(s.push_gap)
     motion.reach(start.lifted_to(s.clear_height))
     # Keep to the yaw that the wrist chose: its opposite is the same broad side.
@@ -150,11 +153,13 @@ def push(
     motion.move_to(motion.tool.lifted_to(s.clear_height), s.fast, free=s.clear_height)
     motion.move_home()
     until = 'until it was seen there' if seen else 'to the end of the way, where it was not seen'
-    return Ending(Outcome.COMPLETED, f'The {name} was pushed towards {target.name}, {until}.')
+    return Ending(
+        MotionOutcome.COMPLETED, f'The {name} was pushed towards {target.name}, {until}.'
+    )
 
 
 def push_line(
-    scene: Scene, view: ObjectView, target: State, s: PrimitiveSettings
+    table: Table, view: ObjectView, target: State, s: PrimitiveSettings
 ) -> tuple[ToolPose, ToolPose]:
     """Start and end of the gripper's way, its broad side across the direction of the push.
 
@@ -162,7 +167,7 @@ def push_line(
     for OFFTABLE): the camera is blind to what the gripper hides, so seeing the object cannot be
     the only thing that ends a push.
     """
-    area = scene.table.work_area
+    area = table.work_area
     if target is State.OFFTABLE:
         along = np.array([np.cos(s.push_off_heading), np.sin(s.push_off_heading)])
         x, y = map(float, np.array([view.x, view.y]) - s.push_start * along)
@@ -171,9 +176,9 @@ def push_line(
         side = max((area.y_min - y) / along[1], 0.0) if along[1] < 0.0 else np.inf
         x, y = map(float, start.position[:2] + min(far, side) * along)
         return start, start._replace(x=x, y=y)
-    sign = 1.0 if target is State.LEFT else -1.0
+    sign, border = (1.0, area.y_max) if target is State.LEFT else (-1.0, area.y_min)
     start = ToolPose(view.x, view.y - sign * s.push_start, s.push_height, np.pi / 2)
-    middle = sign * area.y_max * 0.45 - sign * s.push_start / 2
+    middle = table.blue_line_y + (border - table.blue_line_y) * 0.45 - sign * s.push_start / 2
     y = max(middle, start.y + 0.05) if sign > 0 else min(middle, start.y - 0.05)
     return start, start._replace(y=y)
 
@@ -187,35 +192,35 @@ def _further(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
 
 
 def act(
-    motion: Motion, look: Look, scene: Scene, name: str, action: Action, s: PrimitiveSettings
+    motion: Motion, look: Look, table: Table, name: str, action: Action, s: PrimitiveSettings
 ) -> Ending:
     """Do one of the six actions to an object where it is perceived now."""
     view = look(name)
-    refused = refusal(scene, name, view)
+    refused = refusal(table, name, view)
     if refused is not None:
         return refused
     assert view is not None, 'What was never seen is refused.'
     try:
-        if action.is_push:
-            return push(motion, look, scene, name, view, action.target, s)
-        return place(motion, scene, name, view, action.target, s)
+        if action.manner is Manner.PUSH:
+            return push(motion, look, table, name, view, action.target, s)
+        return place(motion, table, name, view, action.target, s)
     except NoSolutionError as error:
-        retreat(motion, scene, s)
-        verb = 'push' if action.is_push else 'place'
+        retreat(motion, table, s)
+        verb = 'push' if action.manner is Manner.PUSH else 'place'
         reason = f'The arm does not reach far enough to {verb} the {name}. {error}'
-        return Ending(Outcome.NO_IK_SOLUTION, reason)
+        return Ending(MotionOutcome.NO_IK_SOLUTION, reason)
 
 
-def refusal(scene: Scene, name: str, view: ObjectView | None) -> Ending | None:
+def refusal(table: Table, name: str, view: ObjectView | None) -> Ending | None:
     """Why the robot cannot even try, if so."""
     if view is None:
-        return Ending(Outcome.OBJECT_NOT_SEEN, f'The {name} has not been seen.')
+        return Ending(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} has not been seen.')
     if view.state is State.OFFTABLE:
         reason = f'The {name} is OFFTABLE, where the robot cannot pick it up.'
-        return Ending(Outcome.OBJECT_OFFTABLE, reason)
+        return Ending(MotionOutcome.OBJECT_OFFTABLE, reason)
     if view.state is None:
-        return Ending(Outcome.OBJECT_NOT_SEEN, f'The {name} is covered from view.')
-    top = scene.table.top
+        return Ending(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} is covered from view.')
+    top = table.top
     # NaN fails every comparison, so it is refused as well.
     inside_x = top.x_min - MARGIN <= view.x <= top.x_max + MARGIN
     inside_y = top.y_min - MARGIN <= view.y <= top.y_max + MARGIN
@@ -225,15 +230,15 @@ def refusal(scene: Scene, name: str, view: ObjectView | None) -> Ending | None:
             f'y {top.y_min:.2f} to {top.y_max:.2f} m, got x {view.x:.2f}, y {view.y:.2f}, '
             f'yaw {view.yaw:.2f}.'
         )
-        return Ending(Outcome.OBJECT_NOT_SEEN, reason)
+        return Ending(MotionOutcome.OBJECT_NOT_SEEN, reason)
     return None
 
 
-def retreat(motion: Motion, scene: Scene, s: PrimitiveSettings) -> None:
+def retreat(motion: Motion, table: Table, s: PrimitiveSettings) -> None:
     """From wherever the arm was stopped: set down what it holds, lift, and go home."""
     here = motion.tool
     try:
-        if motion.holding() and scene.table.top.contains(here.x, here.y):
+        if motion.holding() and table.top.contains(here.x, here.y):
             motion.move_to(here.lifted_to(min(here.z, s.release_height)), s.gentle)
         motion.open_gripper()
         here = motion.tool

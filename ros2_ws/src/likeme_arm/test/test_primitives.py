@@ -8,12 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from likeme_arm.motion import ObjectView, Outcome
+from likeme_arm.motion import ObjectView
 from likeme_arm.primitives import PrimitiveSettings, act, drop_spot, push_line
-from likeme_arm_sim.kinematics import NoSolutionError, ToolPose
-from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm.tool_pose import NoSolutionError, ToolPose
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.table import Table
+from likeme_core.tabletop import Action, State
 
-SCENE, SETTINGS = Scene(), PrimitiveSettings()
+TABLE = Table()
+SETTINGS = PrimitiveSettings(
+    grasp_height=0.034, release_height=0.0985, place_share=0.85, push_gap=0.003, push_past=0.01,
+    push_off_heading=-1.12,
+)  # fmt: skip
 RIGHT_CHICKEN = ObjectView(0.44, -0.15, 0.4, State.RIGHT)
 
 
@@ -64,13 +70,15 @@ class FakeMotion:
         self.visited.append(pose)
 
 
-def run(motion: FakeMotion, action: Action, view: ObjectView | None = RIGHT_CHICKEN) -> Outcome:
-    return act(motion, lambda _: view, SCENE, 'chicken', action, SETTINGS).outcome
+def run(
+    motion: FakeMotion, action: Action, view: ObjectView | None = RIGHT_CHICKEN
+) -> MotionOutcome:
+    return act(motion, lambda _: view, TABLE, 'chicken', action, SETTINGS).outcome
 
 
 def test_place_grasps_across_the_minor_axis_above_the_centroid() -> None:
     motion = FakeMotion(holds=[True, True, True])
-    assert run(motion, Action.PLACE_LEFT) is Outcome.COMPLETED
+    assert run(motion, Action.PLACE_LEFT) is MotionOutcome.COMPLETED
     above, grasp = motion.visited[:2]
     assert above[:2] == (0.44, -0.15)
     assert above.yaw == pytest.approx(0.4)
@@ -81,22 +89,22 @@ def test_place_grasps_across_the_minor_axis_above_the_centroid() -> None:
 @pytest.mark.parametrize('holds', [[False], [True, False]], ids=['nothing', 'lost in lifting'])
 def test_only_what_was_grasped_is_carried(holds: list[bool]) -> None:
     motion = FakeMotion(holds)
-    assert run(motion, Action.PLACE_LEFT) is Outcome.NOT_GRASPED
+    assert run(motion, Action.PLACE_LEFT) is MotionOutcome.NOT_GRASPED
     assert all(pose.y < 0.0 for pose in motion.visited)
     assert motion.log[-1] == 'home'
 
 
 def test_lost_on_the_way_is_not_grasped() -> None:
-    assert run(FakeMotion([True, True, False]), Action.PLACE_LEFT) is Outcome.NOT_GRASPED
+    assert run(FakeMotion([True, True, False]), Action.PLACE_LEFT) is MotionOutcome.NOT_GRASPED
 
 
 @pytest.mark.parametrize('target', list(State))
 @pytest.mark.parametrize('y', [-0.3, 0.1])
 def test_released_where_the_state_says(target: State, y: float) -> None:
-    spot = drop_spot(SCENE, ToolPose(0.5, y, 0.1, 0.0), target, SETTINGS)
-    assert SCENE.table.state_of(spot.x, spot.y) is target
+    spot = drop_spot(TABLE, ToolPose(0.5, y, 0.1, 0.0), target, SETTINGS)
+    assert TABLE.state_of(spot.x, spot.y) is target
     if target is State.OFFTABLE:
-        assert not SCENE.table.top.contains(spot.x, spot.y)
+        assert not TABLE.top.contains(spot.x, spot.y)
         assert spot.y < 0.0
 
 
@@ -108,7 +116,7 @@ def test_push_comes_from_behind_with_the_broad_side(
     target: State, direction: tuple[int, int]
 ) -> None:
     straight = replace(SETTINGS, push_off_heading=0.0)
-    start, end = push_line(SCENE, RIGHT_CHICKEN, target, straight)
+    start, end = push_line(TABLE, RIGHT_CHICKEN, target, straight)
     way = (end.position - start.position)[:2]
     assert np.allclose(way / np.linalg.norm(way), direction)
     centroid = np.array([RIGHT_CHICKEN.x, RIGHT_CHICKEN.y])
@@ -118,12 +126,24 @@ def test_push_comes_from_behind_with_the_broad_side(
     assert abs(np.dot([np.cos(start.yaw), np.sin(start.yaw)], direction)) == pytest.approx(1.0)
 
 
+def test_a_push_ends_in_the_middle_of_its_area_wherever_the_blue_line_is() -> None:
+    shifted = replace(TABLE, blue_line_y=-0.2)
+    _, left = push_line(shifted, RIGHT_CHICKEN, State.LEFT, SETTINGS)
+    # Where the pushed object then lies, half the start distance before the gripper.
+    lies = left.y + SETTINGS.push_start / 2
+    assert lies == pytest.approx(-0.2 + (0.33 + 0.2) * 0.45)
+    assert shifted.state_of(left.x, lies) is State.LEFT
+    view = replace(RIGHT_CHICKEN, y=0.1)
+    _, right = push_line(shifted, view, State.RIGHT, SETTINGS)
+    assert shifted.state_of(right.x, right.y - SETTINGS.push_start / 2) is State.RIGHT
+
+
 def test_a_push_offtable_may_go_askew() -> None:
     askew = replace(SETTINGS, push_off_heading=-0.5)
-    start, end = push_line(SCENE, RIGHT_CHICKEN, State.OFFTABLE, askew)
+    start, end = push_line(TABLE, RIGHT_CHICKEN, State.OFFTABLE, askew)
     way = (end.position - start.position)[:2]
     assert np.arctan2(way[1], way[0]) == pytest.approx(-0.5)
-    area = SCENE.table.work_area
+    area = TABLE.work_area
     assert end.x == pytest.approx(area.x_max) or end.y == pytest.approx(area.y_min)
     assert start.yaw == end.yaw == -0.5
 
@@ -135,7 +155,7 @@ def test_push_ends_a_little_after_the_seen_state_changed() -> None:
     def look(_: str) -> ObjectView:
         return ObjectView(0.44, -0.05, 0.0, next(states, State.LEFT))
 
-    assert act(motion, look, SCENE, 'pear', Action.PUSH_LEFT, SETTINGS).outcome == 0
+    assert act(motion, look, TABLE, 'pear', Action.PUSH_LEFT, SETTINGS).outcome == 0
     start = motion.visited[1]
     furthest = max(pose.y for pose in motion.visited)
     assert furthest == pytest.approx(start.y + SETTINGS.push_past)
@@ -145,35 +165,35 @@ def test_push_of_a_covered_object_ends_at_the_middle_of_the_area() -> None:
     motion = FakeMotion()
     views = iter([RIGHT_CHICKEN])
     covered = ObjectView(0.44, -0.15, 0.4, None)
-    act(motion, lambda _: next(views, covered), SCENE, 'chicken', Action.PUSH_LEFT, SETTINGS)
-    _, end = push_line(SCENE, RIGHT_CHICKEN, State.LEFT, SETTINGS)
+    act(motion, lambda _: next(views, covered), TABLE, 'chicken', Action.PUSH_LEFT, SETTINGS)
+    _, end = push_line(TABLE, RIGHT_CHICKEN, State.LEFT, SETTINGS)
     assert max(pose.y for pose in motion.visited) == pytest.approx(end.y)
-    assert end.y < SCENE.table.work_area.y_max / 2
+    assert end.y < TABLE.work_area.y_max / 2
 
 
 def test_push_towards_where_it_is_already_is_legal() -> None:
-    assert run(FakeMotion(), Action.PUSH_RIGHT) is Outcome.COMPLETED
+    assert run(FakeMotion(), Action.PUSH_RIGHT) is MotionOutcome.COMPLETED
 
 
 def test_no_solution_ends_at_home() -> None:
     motion = FakeMotion(reaches=False)
-    assert run(motion, Action.PUSH_OFFTABLE) is Outcome.NO_IK_SOLUTION
+    assert run(motion, Action.PUSH_OFFTABLE) is MotionOutcome.NO_IK_SOLUTION
     assert motion.log[-1] == 'home'
 
 
 @pytest.mark.parametrize(
     ('view', 'outcome'),
     [
-        (None, Outcome.OBJECT_NOT_SEEN),
-        (ObjectView(0.44, 0.1, 0.0, None), Outcome.OBJECT_NOT_SEEN),
-        (ObjectView(0.44, 0.5, 0.0, State.OFFTABLE), Outcome.OBJECT_OFFTABLE),
-        (ObjectView(float('nan'), 0.1, 0.0, State.LEFT), Outcome.OBJECT_NOT_SEEN),
-        (ObjectView(0.44, 0.1, float('nan'), State.LEFT), Outcome.OBJECT_NOT_SEEN),
-        (ObjectView(4.4, 0.1, 0.0, State.LEFT), Outcome.OBJECT_NOT_SEEN),
+        (None, MotionOutcome.OBJECT_NOT_SEEN),
+        (ObjectView(0.44, 0.1, 0.0, None), MotionOutcome.OBJECT_NOT_SEEN),
+        (ObjectView(0.44, 0.5, 0.0, State.OFFTABLE), MotionOutcome.OBJECT_OFFTABLE),
+        (ObjectView(float('nan'), 0.1, 0.0, State.LEFT), MotionOutcome.OBJECT_NOT_SEEN),
+        (ObjectView(0.44, 0.1, float('nan'), State.LEFT), MotionOutcome.OBJECT_NOT_SEEN),
+        (ObjectView(4.4, 0.1, 0.0, State.LEFT), MotionOutcome.OBJECT_NOT_SEEN),
     ],
 )
 def test_nothing_moves_towards_what_cannot_be_there(
-    view: ObjectView | None, outcome: Outcome
+    view: ObjectView | None, outcome: MotionOutcome
 ) -> None:
     motion = FakeMotion()
     assert run(motion, Action.PLACE_LEFT, view) is outcome

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from likeme_arm.motion import ObjectView
 from likeme_arm.perceived_objects import Sightings
-from likeme_arm_sim.scene import State
+from likeme_core.tabletop import State
 
 SECOND = 1_000_000_000
 PEAR = ObjectView(0.4, 0.1, 0.0, State.LEFT)

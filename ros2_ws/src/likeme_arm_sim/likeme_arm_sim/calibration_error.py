@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from likeme_arm.motion import Motion
-from likeme_arm_sim.kinematics import ToolPose
+from likeme_arm.tool_pose import ToolPose
 from likeme_arm_sim.physics import ArmAccuracy
 
 

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from likeme_arm.motion import Ending, Outcome
+from likeme_arm.motion import Ending
 from likeme_arm_sim.world import World
+from likeme_core.outcomes import MotionOutcome
 
 OnTick = Callable[[], None]
 
@@ -64,14 +65,15 @@ class Steering:
             motion: calls `tick` at each of its control steps.
             halt: makes everything that moves stand still.
             on_tick: called after every physics step.
-            budget: simulated s after which the motion is stopped as if held.
+            budget: simulated s after which the motion is stopped.
         """
         self._on_tick, self._deadline = on_tick, self._world.time + budget
         try:
             return motion()
         except StoppedError:
             halt()
-            return Ending(Outcome.HELD, self._stopped_because())
+            outcome = MotionOutcome.HELD if self.held else MotionOutcome.FAILED
+            return Ending(outcome, self._stopped_because())
         except BaseException:
             # Nobody steers any more: without this the arm would go on to its last target.
             halt()

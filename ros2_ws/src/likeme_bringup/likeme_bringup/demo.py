@@ -27,9 +27,9 @@ from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
 from likeme_core.instance_lock import is_free
 from likeme_core.processes import die_with_parent, interrupt
+from likeme_core.tabletop import State
 from likeme_inference.console_replies import read_reply
 from likeme_inference.node_settings import read_model
-from likeme_inference.tabletop.domain import State
 
 console = Console(highlight=False, soft_wrap=False)
 END_OF_CELL_TIMEOUT = 20.0

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from likeme_bringup.start_cell import Domain
+from likeme_core.cli import Domain
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.processes import running
 from likeme_experiments.gaze_trials import HEADER, draw_trials, line, score, summary, turn_of

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_gaze import Gaussian, Pose2, Setting
+from likeme_gaze import Gaussian, Pose2, SimulationSetup
 from likeme_gaze.beliefs import mahalanobis
 from likeme_gaze.blindfold import THRESHOLDS, TURN
 from likeme_gaze.mentor.head_pose import CM_PER_M
@@ -82,7 +82,7 @@ def draw_trials(rng: np.random.Generator, scene: Scene, count: int) -> Iterator[
 
 def draw_trial(rng: np.random.Generator, scene: Scene, side: int) -> Trial:
     """The mentor turns from the robot to a target as far from either of them, several times."""
-    setting = Setting()
+    setting = SimulationSetup()
     facing = Pose2(*scene.mentor).facing(scene.robot.x, scene.robot.y)
     # The mentor faces the robot: its right is the robot's left.
     along, across = scene.away / 2, -side * scene.away / 2 * math.tan(TURN)

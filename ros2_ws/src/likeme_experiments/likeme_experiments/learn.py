@@ -15,7 +15,7 @@ import typer
 from rich.console import Console
 
 from likeme_arm_sim.scene import OBJECTS
-from likeme_bringup.start_cell import Domain
+from likeme_core.cli import Domain
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_experiments.learning.progress_display import Telling

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_experiments.evaluation.episode import Act, Ending, Episode
 from likeme_experiments.evaluation.executed import (
     checked,
@@ -26,7 +27,7 @@ from likeme_experiments.evaluation.intervals import (
 )
 from likeme_experiments.evaluation.sequential import sequential
 from likeme_experiments.evaluation.table1 import MODES, table1
-from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, State
+from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import plan, spread
 

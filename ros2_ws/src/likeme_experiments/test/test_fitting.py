@@ -11,6 +11,7 @@ import pytest
 
 from likeme_arm_sim.fitted import FITTED, values
 from likeme_arm_sim.scene import OBJECTS
+from likeme_core.tabletop import Manner
 from likeme_experiments.physics_fit.evaluate import Judged, judge_row, table_text
 from likeme_experiments.physics_fit.misfit import WORST, misfit
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
@@ -73,8 +74,8 @@ def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
     assert len(seen) == len(held) == 18
     assert set(seen) | set(held) == set(table)
     assert not any(row.idle for row in seen)
-    for name, is_push in product(OBJECTS, (False, True)):
-        mine = [r for r in seen if r.name == name and r.action.is_push is is_push]
+    for name, manner in product(OBJECTS, Manner):
+        mine = [r for r in seen if r.name == name and r.action.manner is manner]
         assert len(mine) == 3
 
 

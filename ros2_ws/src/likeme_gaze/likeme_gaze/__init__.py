@@ -24,7 +24,7 @@ from likeme_gaze.gaze_model import GazeModel
 from likeme_gaze.reverse import Evidence, Reversed, infer_goal, reverse_inference
 from likeme_gaze.simulation import (
     Experience,
-    Setting,
+    SimulationSetup,
     blindfolded_experience,
     experience_of,
     goal_prior,
@@ -47,7 +47,7 @@ __all__ = [
     'Pose2',
     'Reversed',
     'Search',
-    'Setting',
+    'SimulationSetup',
     'Viewpoints',
     'blindfolded_experience',
     'experience_of',

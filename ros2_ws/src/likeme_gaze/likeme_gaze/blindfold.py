@@ -21,7 +21,7 @@ from likeme_gaze.reverse import Evidence
 from likeme_gaze.simulation import (
     DEGREE,
     Experience,
-    Setting,
+    SimulationSetup,
     aim,
     blindfolded_experience,
     execute,
@@ -81,7 +81,7 @@ OLDER_GROUPS = (
 def infant(
     rng: np.random.Generator,
     experience: Blindfold,
-    setting: Setting | None = None,
+    setting: SimulationSetup | None = None,
     points: int = POINTS,
 ) -> GazeModel:
     """An agent with `points` head movements, and as many under the blindfold where it wore one.
@@ -90,7 +90,7 @@ def infant(
     any other. The windows group is trained normally, as in the paper: it learns no policy of its
     own for the blindfold. After a see-through one the agent knows that blindfold by itself.
     """
-    scene = setting or Setting()
+    scene = setting or SimulationSetup()
     memory = self_experience(rng, points, scene)
     hooded: Experience | None = None
     if experience is Blindfold.OPAQUE:
@@ -101,14 +101,17 @@ def infant(
 
 
 def turns(
-    rng: np.random.Generator, agent: GazeModel, covers: bool, setting: Setting | None = None
+    rng: np.random.Generator,
+    agent: GazeModel,
+    covers: bool,
+    setting: SimulationSetup | None = None,
 ) -> FloatArray:
     """How far the agent turns towards the target in each of 4 trials, rad (TRIALS,).
 
     Positive is the right direction. Two targets to either side, in random order; the agent starts
     looking at the mentor, and its turn is a noisy execution of the action it inferred.
     """
-    scene = setting or Setting()
+    scene = setting or SimulationSetup()
     sides = rng.permutation([1.0, -1.0] * (TRIALS // 2))
     start = np.zeros(TRIALS)
     following = follow_gaze(
@@ -128,7 +131,7 @@ def scores(turned: FloatArray, threshold: float) -> FloatArray:
     return np.asarray(right.sum(axis=-1) - wrong.sum(axis=-1), dtype=np.float64)
 
 
-def shown(rng: np.random.Generator, sides: FloatArray, setting: Setting) -> FloatArray:
+def shown(rng: np.random.Generator, sides: FloatArray, setting: SimulationSetup) -> FloatArray:
     """The mentor's executions of a turn to each side, from facing the agent (K, TRIALS, 2)."""
     away = math.hypot(setting.mentor.x - setting.agent.x, setting.mentor.y - setting.agent.y)
     distance = away / 2 / math.cos(TURN)
@@ -138,7 +141,7 @@ def shown(rng: np.random.Generator, sides: FloatArray, setting: Setting) -> Floa
     return execute(rng, action, start, setting)[1]
 
 
-def trial_prior(setting: Setting) -> Gaussian:
+def trial_prior(setting: SimulationSetup) -> Gaussian:
     """Prior of (goal, x_i) in the mentor's frame, the same for every trial."""
     goal = setting.mentor.belief_from_parent(goal_prior(setting.agent, setting.mentor))
     both = independent(goal, known([0.0]))

@@ -9,7 +9,7 @@ import numpy as np
 from likeme_gaze.chain import HeadModel
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.gaussian_processes import GaussianProcesses
-from likeme_gaze.simulation import Experience, Setting, experience_of, self_experience
+from likeme_gaze.simulation import Experience, SimulationSetup, experience_of, self_experience
 from likeme_gaze.training import Search, fit
 
 
@@ -49,7 +49,9 @@ class GazeModel:
         return cls(head, hooded, len(memory.goal), seed)
 
     @classmethod
-    def simulated(cls, seed: int, points: int = 200, setting: Setting | None = None) -> GazeModel:
+    def simulated(
+        cls, seed: int, points: int = 200, setting: SimulationSetup | None = None
+    ) -> GazeModel:
         """Train on simulated self-experience (Gaze Following: Model Simulations).
 
         Raises:

@@ -2,38 +2,32 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
 from collections import Counter
-from typing import Any
 
-import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
+from likeme_core.ros import parameters
+from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.qos import LATCHED
+from likeme_core.ros.spin import run_node
+from likeme_core.ros.time import stamp_ns, steady_clock
 from likeme_gaze import GazeModel
 from likeme_gaze.mentor import messages
 from likeme_gaze.mentor.refusals import Refusals
 from likeme_gaze.mentor.sentences import goal_found, learned, mentor_met
-from likeme_gaze.mentor.settings import PARAMETERS, GazeSettings, Learning, read_settings
+from likeme_gaze.mentor.settings import SETTINGS, GazeSettings, Learning, read_settings
 from likeme_gaze.mentor.watch import Answer, MentorWatch
-from likeme_inference.messages import diagnostics_message, stamp_ns
 from likeme_msgs.msg import FixationDistance
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-#: s at most until a signal is noticed, and for which a refusal is worth a warning.
-SIGNAL_PERIOD = 0.2
+#: s for which a refusal is worth a warning.
 RECENT = 10.0
 
 
@@ -61,16 +55,14 @@ class GazeNode(Node):
       and its 95 % ellipse, after each start pose and observation |
     | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz, refusals by reason |
 
-    All carry the stamp of the head pose they come from. Parameters: mentor.settings.PARAMETERS. A
+    All carry the stamp of the head pose they come from. Parameters: mentor.settings.SETTINGS. A
     change counts from the next start pose on; one of the self-experience has the robot learn anew.
     """
 
     def __init__(self) -> None:
         super().__init__('gaze_node')
-        for name, parameter in PARAMETERS.items():
-            descriptor = messages.parameter_descriptor(parameter)
-            self.declare_parameter(name, parameter.default, descriptor)
-        self._settings = read_settings(self._values([]))
+        parameters.declare(self, SETTINGS)
+        self._settings = read_settings(parameters.values(self, SETTINGS))
         self._model = self._learn(self._settings.learning)
         self._proposed: tuple[GazeSettings, GazeModel] | None = None
         self._watch = MentorWatch(self._model, self._settings.watching)
@@ -87,13 +79,7 @@ class GazeNode(Node):
         )
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
-
-    def _values(self, changes: list[Parameter]) -> dict[str, Any]:
-        """All parameters after some changes."""
-        values = {name: self.get_parameter(name).value for name in PARAMETERS}
-        return values | {p.name: p.value for p in changes if p.name in PARAMETERS}
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
 
     def _learn(self, learning: Learning) -> GazeModel:
         began = time.monotonic()
@@ -104,7 +90,7 @@ class GazeNode(Node):
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         self._proposed = None
         try:
-            settings = read_settings(self._values(changes))
+            settings = read_settings(parameters.values(self, SETTINGS, changes))
             anew = settings.learning != self._settings.learning
             self._proposed = settings, self._learn(settings.learning) if anew else self._model
         except (ValueError, TypeError) as error:
@@ -182,39 +168,17 @@ class GazeNode(Node):
             **self._counts,
             **{f'refused: {reason}': n for reason, n in sorted(self._refusals.counts.items())},
         }
-        said = 'head poses were refused just now' if refused else ''
+        level = DiagnosticStatus.WARN if refused else DiagnosticStatus.OK
+        said = 'head poses were refused just now' if refused else 'ready'
+        now = self.get_clock().now().to_msg()
         self._diagnostics_pub.publish(
-            diagnostics_message(
-                'gaze_node: gaze following', said, facts, self.get_clock().now().to_msg()
-            )
+            diagnostics_msg('gaze_node: gaze following', level, said, facts, now)
         )
 
 
 def main() -> int:
-    """Run the node until SIGINT or SIGTERM.
-
-    A signal is only noted, so that a callback comes to its end before the context is shut down.
-    """
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _: signals.append(received))
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        node = GazeNode()
-    except (ValueError, TypeError, ParameterException) as error:
-        print(f'gaze_node does not start: {error}', file=sys.stderr)  # noqa: T201
-        rclpy.try_shutdown()
-        return 1
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
-        while not signals:
-            executor.spin_once(timeout_sec=SIGNAL_PERIOD)
-    finally:
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('gaze_node', GazeNode)
 
 
 if __name__ == '__main__':

@@ -20,7 +20,7 @@ from likeme_gaze.frames import Pose2
 DEGREE = math.pi / 180
 
 
-class Setting(NamedTuple):
+class SimulationSetup(NamedTuple):
     """The scene (Gaze Following: Model Simulations), open details as in the authors' code.
 
     Attributes:
@@ -97,7 +97,7 @@ def aim(goal: FloatArray, start: FloatArray) -> FloatArray:
 
 
 def execute(
-    rng: np.random.Generator, action: FloatArray, start: FloatArray, setting: Setting
+    rng: np.random.Generator, action: FloatArray, start: FloatArray, setting: SimulationSetup
 ) -> tuple[FloatArray, FloatArray]:
     """One noisy execution: the action as it was done, and the final state it led to (..., 2)."""
     spread = (setting.angle_std, setting.distance_std)
@@ -107,19 +107,19 @@ def execute(
 
 
 def self_experience(
-    rng: np.random.Generator, count: int, setting: Setting | None = None
+    rng: np.random.Generator, count: int, setting: SimulationSetup | None = None
 ) -> Experience:
     """Goals looked at with open eyes: what policy and transition are learned from."""
-    scene = setting or Setting()
+    scene = setting or SimulationSetup()
     goal, start = _goals_and_starts(rng, count, scene)
     return Experience(goal, start, *execute(rng, aim(goal, start), start, scene))
 
 
 def blindfolded_experience(
-    rng: np.random.Generator, count: int, setting: Setting | None = None
+    rng: np.random.Generator, count: int, setting: SimulationSetup | None = None
 ) -> Experience:
     """Head movements under an opaque blindfold: they have nothing to do with any goal."""
-    scene = setting or Setting()
+    scene = setting or SimulationSetup()
     goal, start = _goals_and_starts(rng, count, scene)
     seen = np.hypot(*_goals_and_starts(rng, 10 * count, scene)[0].T)
     turn = rng.normal(0.0, scene.blindfold_angle_std, count)
@@ -129,7 +129,7 @@ def blindfolded_experience(
 
 
 def _goals_and_starts(
-    rng: np.random.Generator, count: int, setting: Setting
+    rng: np.random.Generator, count: int, setting: SimulationSetup
 ) -> tuple[FloatArray, FloatArray]:
     low, high = zip(setting.goal_x, setting.goal_y, strict=True)
     return rng.uniform(low, high, (count, 2)), rng.normal(0.0, setting.start_std, count)

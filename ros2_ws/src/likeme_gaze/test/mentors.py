@@ -6,9 +6,9 @@ import math
 
 from geometry_msgs.msg import PoseStamped
 
+from likeme_core.ros.time import time_msg
 from likeme_gaze.mentor.head_pose import HeadPose
-from likeme_gaze.mentor.settings import PARAMETERS, GazeSettings, read_settings
-from likeme_inference.messages import time_msg
+from likeme_gaze.mentor.settings import SETTINGS, GazeSettings, read_settings
 
 SECOND = 1_000_000_000
 #: The mentor 6 m ahead of the robot looks at it, or 45 degrees to its right: the robot's left.
@@ -17,7 +17,7 @@ TO_ROBOT, TO_LEFT, TO_RIGHT = math.pi, 0.75 * math.pi, -0.75 * math.pi
 
 def settings(**changes: object) -> GazeSettings:
     """The node's defaults with changes."""
-    return read_settings({n: p.default for n, p in PARAMETERS.items()} | changes)
+    return read_settings({n: p.default for n, p in SETTINGS.items()} | changes)
 
 
 def yaw(angle: float) -> tuple[float, float, float, float]:

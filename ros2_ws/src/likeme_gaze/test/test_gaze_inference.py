@@ -12,7 +12,7 @@ from likeme_gaze import (
     Gaussian,
     GazeModel,
     HeadModel,
-    Setting,
+    SimulationSetup,
     forward_inference,
     goal_prior,
     infer_goal,
@@ -24,7 +24,7 @@ from likeme_gaze.beliefs import independent, mahalanobis
 from likeme_gaze.chain import chain, execution_noise
 from likeme_gaze.simulation import DEGREE, aim, execute
 
-SETTING = Setting()
+SETTING = SimulationSetup()
 GOAL = Gaussian(np.array([320.0, 150.0]), np.array([[900.0, 200.0], [200.0, 600.0]]))
 START = Gaussian(np.array([0.2]), np.array([[0.01]]))
 PRIOR = SETTING.mentor.belief_from_parent(goal_prior(SETTING.agent, SETTING.mentor))

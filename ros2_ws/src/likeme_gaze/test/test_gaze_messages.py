@@ -9,10 +9,11 @@ import pytest
 from mentors import head, message
 from visualization_msgs.msg import Marker
 
+from likeme_core.ros.parameters import descriptor as descriptor_of
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.beliefs import mahalanobis
 from likeme_gaze.mentor import messages
-from likeme_gaze.mentor.settings import PARAMETERS
+from likeme_gaze.mentor.settings import SETTINGS
 from likeme_gaze.mentor.watch import Answer
 
 GOAL = Gaussian(np.array([3.0, 2.5]), np.array([[1.2, -0.8], [-0.8, 0.7]]))
@@ -80,8 +81,8 @@ def test_before_anything_was_observed_there_is_no_goal_to_draw() -> None:
 
 
 def test_every_parameter_is_described_and_within_its_range() -> None:
-    for parameter in PARAMETERS.values():
-        descriptor = messages.parameter_descriptor(parameter)
+    for parameter in SETTINGS.values():
+        descriptor = descriptor_of(parameter)
         assert descriptor.description
         ranges = [*descriptor.integer_range, *descriptor.floating_point_range]
         assert all(r.from_value <= parameter.default <= r.to_value for r in ranges)

@@ -18,8 +18,8 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.markup import escape
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.console_replies import MENU, WORDS, read_reply
-from likeme_inference.tabletop.domain import Action, State
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, HelpRequest
 from likeme_msgs.srv import AskHuman

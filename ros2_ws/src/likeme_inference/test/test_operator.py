@@ -11,8 +11,8 @@ import pytest
 from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
+from likeme_core.tabletop import State
 from likeme_inference.console_replies import MENU, read_reply
-from likeme_inference.tabletop.domain import State
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, Outcome
 

@@ -8,17 +8,12 @@ from typing import Any
 import cv2
 
 from likeme_bags.values import Record
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.settings import defaults
 from likeme_inference import node_settings as inference_settings
 from likeme_inference.input_sequencer import Cue, Input
 from likeme_inference.tabletop.session import ImitationSession
-from likeme_inference.tabletop.values import (
-    Decision,
-    Demonstration,
-    GoalBelief,
-    Outcome,
-    Remark,
-    TableView,
-)
+from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome, Remark
 from likeme_perception import node_settings as perception_settings
 from likeme_perception.observation import TableObservation
 from likeme_perception.pairing import StampOrder
@@ -42,8 +37,7 @@ class Eyes:
         Raises:
             ValueError, OSError: one makes no sense.
         """
-        names = perception_settings.SETTINGS
-        given = {name: perception_settings.default_of(name) for name in names} | dict(values)
+        given = defaults(perception_settings.SETTINGS) | dict(values)
         self._settings = perception_settings.read_settings(given)
         self._order = StampOrder()
         self._info = b''
@@ -97,13 +91,11 @@ class Mind:
         Raises:
             ValueError: one makes no sense.
         """
-        defaults = {name: n.default for name, n in inference_settings.NUMBERS.items()}
-        defaults |= {name: default for name, (default, _) in inference_settings.OTHERS.items()}
-        given = defaults | dict(values)
+        given = defaults(inference_settings.SETTINGS) | dict(values)
         model = inference_settings.read_model(given['model_file'])
         self.session = ImitationSession(model, inference_settings.read_settings(given))
 
-    def see(self, view: TableView) -> list[Told]:
+    def see(self, view: TableSnapshot) -> list[Told]:
         """Take in a table state."""
         return [self.session.look(view)]
 
@@ -139,7 +131,7 @@ class Cores:
         inference: Mapping[str, Any] | None = None,
     ) -> None:
         self.eyes, self.mind = Eyes(perception or {}), Mind(inference or {})
-        self._views: dict[int, TableView] = {}
+        self._views: dict[int, TableSnapshot] = {}
         self._acts: dict[int, list[Demonstration]] = {}
         self.table: TableObservation | None = None
         self.misfits = 0
@@ -152,10 +144,9 @@ class Cores:
             return Done(False, refused=str(error))
         self.table = table
         if table.learned:
-            self._views[frame.stamp] = entries.view_of(table)
-            acts = [entries.demonstration_of(act, table) for act in table.demonstrations]
-            self._acts[frame.stamp] = acts
-        told = tuple(entries.act_entry(act, table) for act in table.demonstrations)
+            self._views[frame.stamp] = table.snapshot
+            self._acts[frame.stamp] = list(table.demonstrations)
+        told = tuple(entries.act_entry(act) for act in table.demonstrations)
         return Done(table.learned, told)
 
     def hear(self, cue: Cue) -> list[Entry]:

@@ -5,59 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from likeme_inference.tabletop import domain
-from likeme_inference.tabletop.values import (
-    Decision,
-    Demonstration,
-    GoalBelief,
-    Motion,
-    MotionReport,
-    Outcome,
-    Reply,
-    TableView,
-)
-from likeme_perception import observation
-from likeme_perception.observation import TableObservation
-from likeme_perception.regions import State
+from likeme_core.observations import Demonstration
+from likeme_core.outcomes import MotionOutcome
+from likeme_inference.tabletop.values import Decision, GoalBelief, MotionReport, Outcome, Reply
 from likeme_replay.decision_log import Entry, Event
 
 #: "None" where a message has a number for an action, a motion outcome; of an object not seen.
 NONE = 255
-UNKNOWN = int(State.UNKNOWN)
-
-
-def view_of(table: TableObservation) -> TableView:
-    """What the session is told of a table; objects in UNKNOWN state are left out."""
-    states = {
-        seen.name: domain.State(int(seen.state))
-        for seen in table.objects
-        if seen.state is not State.UNKNOWN
-    }
-    return TableView(table.stamp, table.frame_id, table.settled, states)
-
-
-def demonstration_of(act: observation.Demonstration, table: TableObservation) -> Demonstration:
-    """What the session is told of an act that was found complete in a frame."""
-    return Demonstration(
-        table.stamp,
-        table.frame_id,
-        act.object,
-        domain.State(int(act.x_i)),
-        domain.State(int(act.x_f)),
-        domain.Manner(int(act.manner)),
-        act.start,
-        act.end,
-        tuple(_floats(act.x_i_probability)),
-        tuple(_floats(act.x_f_probability)),
-    )
+UNKNOWN = 3
 
 
 def motion_report(said: Any) -> MotionReport:
     """The arm's answer in a recorded Heard."""
-    known = said.motion_outcome in set(Motion)
+    known = said.motion_outcome in set(MotionOutcome)
     ended = said.finished
     finished = ended if isinstance(ended, int) else ended.sec * 1_000_000_000 + ended.nanosec
-    outcome = Motion(said.motion_outcome) if known else None
+    outcome = MotionOutcome(said.motion_outcome) if known else None
     return MotionReport(outcome, said.message, int(finished))
 
 
@@ -70,10 +33,10 @@ def reply(said: Any) -> Reply:
     return Reply(said.answer)
 
 
-def act_entry(act: observation.Demonstration, table: TableObservation) -> Entry:
+def act_entry(act: Demonstration) -> Entry:
     """The entry of a demonstration, with the fields of likeme_msgs/Demonstration."""
     fields = {
-        'frame_id': table.frame_id,
+        'frame_id': act.frame,
         'object': act.object,
         'x_i': int(act.x_i),
         'x_f': int(act.x_f),
@@ -85,7 +48,7 @@ def act_entry(act: observation.Demonstration, table: TableObservation) -> Entry:
         'start': act.start,
         'end': act.end,
     }
-    return Entry(Event.DEMONSTRATION, table.stamp, fields)
+    return Entry(Event.DEMONSTRATION, act.stamp, fields)
 
 
 def entry(told: GoalBelief | Decision | Outcome) -> Entry:

@@ -11,11 +11,10 @@ from typing import Any
 
 import yaml
 
-from likeme_bringup.start_cell import Part
 from likeme_core.instance_lock import is_free
 from likeme_core.processes import running
 
-PARTS = Part.PERCEPTION, Part.INFERENCE
+PARTS = ('perception', 'inference')
 #: s in which they must have ended.
 GRACE = 20.0
 
@@ -31,7 +30,7 @@ def own_nodes(domain: int, parameters: Mapping[str, Mapping[str, Any]]) -> Itera
     with tempfile.TemporaryDirectory(prefix='likeme-replay-') as folder:
         log = Path(folder) / 'nodes.log'
         command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(domain)]
-        command += [word for part in PARTS for word in ('--only', part.value)]
+        command += [word for part in PARTS for word in ('--only', part)]
         if parameters:
             file = Path(folder) / 'parameters.yaml'
             file.write_text(ros_parameters(parameters), encoding='utf-8')

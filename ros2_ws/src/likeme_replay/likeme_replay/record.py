@@ -13,7 +13,7 @@ import typer
 from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.durable import DurableWriter
 from likeme_bags.errors import BagError
-from likeme_bringup.start_cell import Domain
+from likeme_core.cli import Domain
 from likeme_replay.recorded_inputs import FRAME_DONE, HEARD
 from likeme_replay.recording_writer import Recording, summary
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from likeme_bringup.parameter_files import read_yaml
+from likeme_core.yaml_files import read_yaml
 
 #: The key of a bag's custom data under which a recorder leaves the nodes' parameters, as JSON.
 KEY = 'likeme.parameters'

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,10 +11,11 @@ from typing import Annotated
 import typer
 
 from likeme_bags.errors import BagError
-from likeme_bringup.parameter_files import read_yaml
-from likeme_bringup.start_cell import Domain
-from likeme_replay.offline_replay import Replayed, replay_offline
+from likeme_core.cli import Domain
+from likeme_core.yaml_files import read_yaml
+from likeme_replay.offline_replay import replay_offline
 from likeme_replay.replay_options import Options
+from likeme_replay.replay_report import conclude, say
 from likeme_replay.source_adapters import adapted, pairs
 
 
@@ -98,29 +98,6 @@ def _offline(given: Options) -> int:
     source = adapted(given.remap, given.types)
     replayed = replay_offline(given.bag, parameters, source, begin, end)
     return conclude(given, replayed)
-
-
-def conclude(given: Options, replayed: Replayed) -> int:
-    """Write the log, say what is worth it; the exit code."""
-    if given.log is not None and str(given.log) != '-':
-        given.log.write_text(replayed.log, encoding='utf-8')
-    elif given.log is not None:
-        sys.stdout.write(replayed.log)
-    for sentence in (*replayed.warnings, *replayed.tally.remarks):
-        say(sentence)
-    tally = replayed.tally
-    say(f'{tally.frames} frames, {tally.entries} lines of log.')
-    if replayed.agreements:
-        say('; '.join(one.sentence for one in replayed.agreements) + '.')
-    if not tally.frames:
-        say('Expected frames to show, got none: nothing was replayed.')
-        return 1
-    return 0 if replayed.complete and not tally.unreadable else 1
-
-
-def say(sentence: str) -> None:
-    """Tell the user, beside the log that may be on stdout."""
-    print(f'replay: {sentence}', file=sys.stderr)
 
 
 @contextmanager

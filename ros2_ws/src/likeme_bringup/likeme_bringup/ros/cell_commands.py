@@ -14,7 +14,7 @@ import typer
 from std_srvs.srv import Trigger
 
 from likeme_bringup.ros.service_client import Verdict, call, caller, next_table_state
-from likeme_bringup.start_cell import Domain
+from likeme_core.cli import Domain
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 

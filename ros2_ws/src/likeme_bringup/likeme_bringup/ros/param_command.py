@@ -19,7 +19,7 @@ from rclpy.parameter_client import AsyncParameterClient
 
 from likeme_bringup.ros.cell_commands import Network, application, end
 from likeme_bringup.ros.service_client import PATIENCE, Verdict, caller, domain_of
-from likeme_bringup.start_cell import Domain
+from likeme_core.cli import Domain
 
 NodeName = Annotated[str, typer.Argument(metavar='NODE', help='e.g. inference_node.')]
 Name = Annotated[str, typer.Argument(metavar='NAME', help='Of the parameter.')]

@@ -22,7 +22,7 @@ from likeme_gaze.blindfold import (
 )
 from likeme_gaze.blindfold_detection import eyes_covered
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.simulation import Setting, blindfolded_experience
+from likeme_gaze.simulation import SimulationSetup, blindfolded_experience
 
 #: Movements of each kind, with open eyes and under the blindfold, that an agent learned from.
 TELLING_POINTS = 50
@@ -35,7 +35,7 @@ def agent_tells(seed: int, agent: int, points: int = TELLING_POINTS) -> FloatArr
 
     Second axis: mentors with open eyes, and mentors under an opaque blindfold.
     """
-    rng, scene = np.random.default_rng([seed, STREAM, agent]), Setting()
+    rng, scene = np.random.default_rng([seed, STREAM, agent]), SimulationSetup()
     model = infant(rng, Blindfold.OPAQUE, points=points)
     sides = rng.permutation([1.0, -1.0] * (TRIALS // 2))
     mentors = np.stack([shown(rng, sides, scene), _unseeing(rng, scene)], axis=1)
@@ -48,7 +48,7 @@ def told_right(probabilities: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((probabilities > 0.5) == np.array([[False], [True]]))
 
 
-def _unseeing(rng: np.random.Generator, setting: Setting) -> FloatArray:
+def _unseeing(rng: np.random.Generator, setting: SimulationSetup) -> FloatArray:
     """Movements under an opaque blindfold, each begun facing the agent (EXECUTIONS, TRIALS, 2)."""
     memory = blindfolded_experience(rng, EXECUTIONS * TRIALS, setting)
     final = memory.final - np.stack([memory.start, np.zeros_like(memory.start)], axis=-1)

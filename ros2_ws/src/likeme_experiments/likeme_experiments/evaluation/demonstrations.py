@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from likeme_inference.tabletop.domain import OUT_OF_REACH, State
+from likeme_core.tabletop import State
+from likeme_inference.tabletop.domain import OUT_OF_REACH
 from likeme_inference.tabletop.robot_model import RobotModel
 
 

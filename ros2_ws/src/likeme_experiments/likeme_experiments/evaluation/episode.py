@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from likeme_core.tabletop import Mode
 from likeme_experiments.evaluation.forecast import Case, Way
-from likeme_inference.tabletop.domain import Mode
 
 
 class Act(NamedTuple):

@@ -12,6 +12,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from likeme_core.tabletop import Action, Mode, State
 from likeme_experiments.evaluation.episode import Ending, Episode
 from likeme_experiments.evaluation.forecast import Case, Forecast, Way
 from likeme_experiments.evaluation.intervals import (
@@ -20,7 +21,6 @@ from likeme_experiments.evaluation.intervals import (
     exact_interval,
     predictive_interval,
 )
-from likeme_inference.tabletop.domain import Action, Mode, State
 
 Forecasts = Mapping[tuple[Case, Way], Forecast]
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.tabletop.dirichlet import credible_interval
-from likeme_inference.tabletop.domain import OUT_OF_REACH, Action, State
+from likeme_inference.tabletop.domain import OUT_OF_REACH
 from likeme_inference.tabletop.robot_model import RobotModel
 
 

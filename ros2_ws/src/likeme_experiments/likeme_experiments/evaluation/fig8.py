@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from likeme_core.tabletop import Action, Mode, State
 from likeme_experiments.evaluation.demonstrations import interesting
 from likeme_inference.tabletop.action_selection import Kind, choose
-from likeme_inference.tabletop.domain import Action, Mode, State
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
 

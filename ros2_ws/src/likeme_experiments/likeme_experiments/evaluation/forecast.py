@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION, sample_transitions
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.planning import spread

@@ -15,7 +15,7 @@ from likeme_gaze.following import Following, Viewpoints, follow_gaze, forward_in
 from likeme_gaze.frames import wrapped
 from likeme_gaze.gaze_model import GazeModel
 from likeme_gaze.reverse import Evidence
-from likeme_gaze.simulation import DEGREE, Setting, aim, execute, goal_prior
+from likeme_gaze.simulation import DEGREE, SimulationSetup, aim, execute, goal_prior
 
 #: The test region in the agent's frame, cm, and its 375 points.
 REGION_X, REGION_Y = (200.0, 400.0, 15), (-400.0, 400.0, 25)
@@ -62,9 +62,9 @@ def test_region() -> FloatArray:
     return np.stack([x.ravel(), y.ravel()], axis=-1)
 
 
-def gaze_test(rng: np.random.Generator, setting: Setting | None = None) -> GazeTest:
+def gaze_test(rng: np.random.Generator, setting: SimulationSetup | None = None) -> GazeTest:
     """Every goal of the test region, looked at five times by the mentor."""
-    scene = setting or Setting()
+    scene = setting or SimulationSetup()
     goal = test_region()
     agent_start, mentor_start = rng.normal(0.0, scene.start_std, (2, len(goal)))
     seen = scene.mentor.from_parent(scene.agent.to_parent(goal))
@@ -73,7 +73,9 @@ def gaze_test(rng: np.random.Generator, setting: Setting | None = None) -> GazeT
     return GazeTest(goal, agent_start, mentor_start, execute(rng, action, starts, scene)[1])
 
 
-def gaze_errors(model: HeadModel, test: GazeTest, setting: Setting | None = None) -> GazeErrors:
+def gaze_errors(
+    model: HeadModel, test: GazeTest, setting: SimulationSetup | None = None
+) -> GazeErrors:
     """Run all three inferences on every goal of the test."""
     direction = np.arctan2(test.goal[:, 1], test.goal[:, 0])
     start = known(test.agent_start[:, None])
@@ -90,10 +92,10 @@ def gaze_errors(model: HeadModel, test: GazeTest, setting: Setting | None = None
 
 
 def followed(
-    model: HeadModel, test: GazeTest, setting: Setting | None = None
+    model: HeadModel, test: GazeTest, setting: SimulationSetup | None = None
 ) -> Iterator[Following]:
     """What the agent infers and would do after each observation, all goals at once."""
-    scene = setting or Setting()
+    scene = setting or SimulationSetup()
     prior = _prior(test.mentor_start, scene)
     views = Viewpoints(scene.agent, scene.mentor, known(test.agent_start[:, None]))
     around: Gaussian | None = None
@@ -110,7 +112,7 @@ def gaze_accuracy(seed: int, points: int = 200) -> GazeErrors:
     return gaze_errors(GazeModel.simulated(seed, points).head, gaze_test(rng))
 
 
-def _prior(start: FloatArray, setting: Setting) -> Gaussian:
+def _prior(start: FloatArray, setting: SimulationSetup) -> Gaussian:
     goal = setting.mentor.belief_from_parent(goal_prior(setting.agent, setting.mentor))
     wide = np.broadcast_to(goal.covariance, (len(start), 2, 2))
     return independent(

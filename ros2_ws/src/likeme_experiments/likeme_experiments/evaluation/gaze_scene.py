@@ -14,7 +14,7 @@ from likeme_experiments.evaluation.gaze_accuracy import (
 from likeme_gaze.beliefs import Gaussian
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.gaze_model import GazeModel
-from likeme_gaze.simulation import Setting, aim, execute
+from likeme_gaze.simulation import SimulationSetup, aim, execute
 
 #: Goals equally far from both persons, to the left and to the right, cm.
 GOAL_X, GOAL_Y = 300.0, (-400.0, -300.0, -200.0, -100.0, 100.0, 200.0, 300.0, 400.0)
@@ -30,7 +30,7 @@ class GazeScene(NamedTuple):
         agent_final: the agent's predicted final heading (N,).
     """
 
-    setting: Setting
+    setting: SimulationSetup
     test: GazeTest
     inferred: Gaussian
     agent_final: FloatArray
@@ -43,7 +43,7 @@ class GazeScene(NamedTuple):
 
 def gaze_scene(seed: int, points: int = 200) -> GazeScene:
     """Train one agent and let it follow the mentor's gaze to every goal."""
-    rng, scene = np.random.default_rng([seed, 2]), Setting()
+    rng, scene = np.random.default_rng([seed, 2]), SimulationSetup()
     goal = np.array([(GOAL_X, y) for y in GOAL_Y])
     agent_start, mentor_start = rng.normal(0.0, scene.start_std, (2, len(goal)))
     action = aim(scene.mentor.from_parent(goal), mentor_start)

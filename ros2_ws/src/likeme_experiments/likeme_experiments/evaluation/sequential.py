@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_core.tabletop import State
 from likeme_experiments.evaluation.demonstrations import CHANGES
 from likeme_inference.tabletop.action_selection import asks
 from likeme_inference.tabletop.arrays import FloatArray
-from likeme_inference.tabletop.domain import State
 from likeme_inference.tabletop.planning import Plan, spread
 from likeme_inference.tabletop.robot_model import RobotModel
 

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_experiments.evaluation.demonstrations import CHANGES
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.arrays import FloatArray
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
 

@@ -7,18 +7,17 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 
-from likeme_arm_sim import scene as sim
-from likeme_arm_sim.cell import Actor, Cell, CellSettings
+from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.scene import Scene
+from likeme_core.observations import Demonstration
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action
 from likeme_experiments.evaluation.forecast import Case
 from likeme_experiments.learning.observed_cell import Eyes
 from likeme_experiments.learning.trial_cell import BODY_SEED
-from likeme_inference.tabletop.domain import Action
-from likeme_inference.tabletop.values import Demonstration
 from likeme_perception.background import Background
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
-from likeme_replay.log_entries import demonstration_of
 
 #: Physics steps between frames while a person acts: 12 Hz, as in the shipped recordings.
 STEPS_PER_FRAME = 20
@@ -76,10 +75,10 @@ def by_hand(cell: Cell, eyes: Eyes, name: str, action: Action) -> tuple[Demonstr
     def tick() -> None:
         if cell.world.steps % STEPS_PER_FRAME == 0:
             table = eyes.see()
-            acts.extend(demonstration_of(act, table) for act in table.demonstrations)
+            acts.extend(table.demonstrations)
 
     cell.step(BEFORE, tick)
-    cell.run_action(Actor.HUMAN, name, sim.Action(action), _no_need, tick)
+    cell.run_action(Actor.HUMAN, name, action, _no_need, tick)
     cell.step(AFTER, tick)
     return tuple(acts)
 

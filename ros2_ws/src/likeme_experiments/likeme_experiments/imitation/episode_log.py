@@ -12,23 +12,27 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import likeme_arm
 import likeme_arm_sim
-import likeme_bringup
+import likeme_core
+import likeme_experiments
 import likeme_inference
 import likeme_perception
+from likeme_core.tabletop import Manner, Mode, State
 from likeme_experiments import json_lines
 from likeme_experiments.evaluation.episode import Act, Ending, Episode
 from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, Case
 from likeme_experiments.imitation.episodes import Task
-from likeme_inference.tabletop.domain import Manner, Mode, State
 
 #: What decides how an episode ends: folders of each package.
 _DECIDES = (
+    (likeme_core, ''),
+    (likeme_arm, ''),
     (likeme_arm_sim, ''),
     (likeme_perception, ''),
     (likeme_inference, 'tabletop'),
-    (likeme_bringup, 'imitating'),
-    (likeme_bringup, 'learning'),
+    (likeme_experiments, 'imitation'),
+    (likeme_experiments, 'learning'),
 )
 
 

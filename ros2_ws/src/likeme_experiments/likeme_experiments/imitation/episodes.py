@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import cv2
 
+from likeme_core.tabletop import Manner, Mode
 from likeme_experiments.evaluation.demonstrations import CHANGES
 from likeme_experiments.evaluation.episode import Act, Ending, Episode
 from likeme_experiments.evaluation.forecast import Case, Estimate
@@ -16,7 +17,6 @@ from likeme_experiments.imitation.imitate import imitate, settings_of
 from likeme_experiments.imitation.imitation_cell import Stage
 from likeme_experiments.learning.trial_cell import ATTEMPTS
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
-from likeme_inference.tabletop.domain import Manner, Mode
 from likeme_inference.tabletop.model_parser import parse
 from likeme_inference.tabletop.robot_model import RobotModel
 

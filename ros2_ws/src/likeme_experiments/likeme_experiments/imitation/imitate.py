@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from likeme_core.observations import Demonstration
+from likeme_core.tabletop import Action, Mode
 from likeme_experiments.evaluation.episode import Ending
 from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, Estimate
 from likeme_experiments.imitation.imitation_cell import Stage
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Mode
 from likeme_inference.tabletop.imitation import Settings
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
-from likeme_inference.tabletop.values import Decision, Demonstration, Outcome, Remark, Reply
+from likeme_inference.tabletop.values import Decision, Outcome, Remark, Reply
 
 Told = Decision | Outcome | Remark | None
 

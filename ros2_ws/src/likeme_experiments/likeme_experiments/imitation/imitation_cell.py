@@ -10,8 +10,10 @@ from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
 
-from likeme_arm_sim import scene as sim
-from likeme_arm_sim.cell import Actor, Cell
+from likeme_arm_sim.cell import Cell
+from likeme_core.observations import TableSnapshot
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.imitation.demonstration import (
     background_of,
     by_hand,
@@ -20,9 +22,7 @@ from likeme_experiments.imitation.demonstration import (
     new_cell,
 )
 from likeme_experiments.learning.observed_cell import SHORTEST, Eyes
-from likeme_inference.tabletop.domain import Action, Manner, State
-from likeme_inference.tabletop.values import Motion, MotionReport, TableView
-from likeme_replay.log_entries import view_of
+from likeme_inference.tabletop.values import MotionReport
 
 Actions = tuple[Action, ...]
 
@@ -31,7 +31,7 @@ class Done(NamedTuple):
     """After an action: what the arm says, and what the camera sees when all is at rest."""
 
     report: MotionReport
-    view: TableView
+    view: TableSnapshot
 
 
 class Stage:
@@ -43,7 +43,7 @@ class Stage:
         self._eyes: Eyes | None = None
         self._made: Actions = ()
         self._known: dict[Actions, Done] = {}
-        self._helped: dict[tuple[Actions, State], TableView] = {}
+        self._helped: dict[tuple[Actions, State], TableSnapshot] = {}
         self.beginning = self._begin_anew()
         #: Actions that were really carried out.
         self.carried_out = 0
@@ -57,7 +57,7 @@ class Stage:
             self._made = wanted
         return self._known[wanted]
 
-    def help(self, before: Actions, goal: State) -> TableView:
+    def help(self, before: Actions, goal: State) -> TableSnapshot:
         """A person places the object where it is wanted, after the robot's actions `before`."""
         if (before, goal) not in self._helped:
             with lone_cell(self._name) as cell:
@@ -66,7 +66,7 @@ class Stage:
                     self._carry_out(cell, action)
                 assert self._eyes is not None, 'It has begun.'
                 by_hand(cell, self._eyes, self._name, Action.of(Manner.PLACE, goal))
-                self._helped[before, goal] = view_of(self._eyes.at_rest())
+                self._helped[before, goal] = self._eyes.at_rest().snapshot
             # What this stage saw last was another cell.
             self._eyes = None
         return self._helped[before, goal]
@@ -80,26 +80,26 @@ class Stage:
         for action in wanted:
             self._carry_out(self._robots.cell, action)
 
-    def _begin_anew(self) -> TableView:
+    def _begin_anew(self) -> TableSnapshot:
         self._robots.stage = self
         return self._begin(self._robots.cell)
 
-    def _begin(self, cell: Cell) -> TableView:
+    def _begin(self, cell: Cell) -> TableSnapshot:
         cell.restart(self._seed)
         cell.reset([self._name], [self._x_i], self._seed)
         self._eyes, self._made = eyes_on(cell, background_of(self._name)), ()
-        return view_of(self._eyes.at_rest())
+        return self._eyes.at_rest().snapshot
 
     def _carry_out(self, cell: Cell, action: Action) -> Done:
         assert self._eyes is not None, 'It has begun.'
         self.carried_out += 1
         look = self._eyes.look
-        ended = cell.run_action(Actor.ROBOT, self._name, sim.Action(action), look)
+        ended = cell.run_action(Actor.ROBOT, self._name, action, look)
         finished = 0 if ended.finished is None else round(ended.finished * 1e9)
-        report = MotionReport(Motion(int(ended.outcome)), ended.message, finished)
+        report = MotionReport(MotionOutcome(int(ended.outcome)), ended.message, finished)
         # The frame that bears witness is one from after the motion.
         cell.step(SHORTEST)
-        return Done(report, view_of(self._eyes.at_rest()))
+        return Done(report, self._eyes.at_rest().snapshot)
 
 
 @dataclass

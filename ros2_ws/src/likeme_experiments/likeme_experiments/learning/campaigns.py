@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.campaign import Campaign
 from likeme_inference.experience.policy import InformationGain, Policy, Random, Systematic
-from likeme_inference.tabletop.domain import Action, State
 
 
 class PolicyName(StrEnum):

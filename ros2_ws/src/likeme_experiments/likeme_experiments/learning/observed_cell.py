@@ -10,12 +10,13 @@ from __future__ import annotations
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim import scene as sim
 from likeme_arm_sim.cell import Cell
+from likeme_core.regions import Regions
+from likeme_core.tabletop import State
 from likeme_perception.background import Background
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import Catalogue
 from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.pipeline import TabletopPerception
-from likeme_perception.regions import Regions, State
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 
 #: s between two frames: of the camera, and of an object that arm or gripper cover.
@@ -88,7 +89,7 @@ class Eyes:
         regions, now = self._perception.regions, self._cell.time
         if regions is None or seen.shape is None:
             return now + COVERED
-        if seen.state is not State.UNKNOWN:
+        if seen.state is not None:
             away = distance_to_state(regions, *seen.centroid[:2], self._awaited)
             self._earliest = now + away / FASTEST
             return max(self._earliest, now + SHORTEST)
@@ -111,5 +112,4 @@ def object_view(seen: ObjectObservation) -> ObjectView | None:
     if seen.shape is None:
         return None
     x, y, _ = seen.centroid
-    state = None if seen.state is State.UNKNOWN else sim.State(int(seen.state))
-    return ObjectView(x, y, seen.shape.yaw, state)
+    return ObjectView(x, y, seen.shape.yaw, seen.state)

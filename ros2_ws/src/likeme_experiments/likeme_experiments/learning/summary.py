@@ -8,9 +8,9 @@ from typing import Any
 
 from rich.table import Table
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.store import Tally
 from likeme_inference.experience.trial import Pair
-from likeme_inference.tabletop.domain import Action, State
 
 
 def ends(tallies: Sequence[Tally]) -> dict[Pair, tuple[int, ...]]:

@@ -10,13 +10,12 @@ from importlib.metadata import PackageNotFoundError, version
 
 import cv2
 
-from likeme_arm_sim.cell import Actor, CellSettings
+from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.offline import lone_cell
 from likeme_arm_sim.scene import Scene
+from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_experiments.learning.observed_cell import Eyes
 from likeme_inference.experience.trial import COUNTED, Place, Trial, TrialKey
-from likeme_inference.tabletop.domain import State
-from likeme_inference.tabletop.values import Motion
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
 from likeme_perception.observation import ObjectObservation
@@ -65,18 +64,18 @@ class TrialCell:
         cell.reset([name], [x_i], seed)
         eyes = Eyes(cell, self._config, self._known, self._background)
         before = eyes.at_rest().object(name)
-        if int(before.state) != x_i:
+        if before.state is not x_i:
             raise TrialFailedError(
-                f'Expected to see the {name} {x_i.name}, got {before.state.name}.'
+                f'Expected to see the {name} {x_i.name}, got {before.state_name}.'
             )
         eyes.look_out_for(key.pair.action.target)
         motion = cell.run_action(Actor.ROBOT, name, key.pair.action, eyes.look)
         after = eyes.at_rest().object(name)
-        outcome = Motion(int(motion.outcome))
-        if outcome not in COUNTED or int(after.state) not in list(State):
-            raise TrialFailedError(f'{motion.message} It was seen {after.state.name} then.')
+        outcome = MotionOutcome(int(motion.outcome))
+        if outcome not in COUNTED or after.state is None:
+            raise TrialFailedError(f'{motion.message} It was seen {after.state_name} then.')
         return Trial(
-            key, State(int(after.state)), outcome, seed, software_version(), time.time_ns(),
+            key, after.state, outcome, seed, software_version(), time.time_ns(),
             place_of(before), place_of(after),
         )  # fmt: skip
 
@@ -103,7 +102,7 @@ def simulated_robot() -> str:
 def software_version() -> str:
     """The version of this package, as it is installed."""
     try:
-        return version('likeme_bringup')
+        return version('likeme_experiments')
     except PackageNotFoundError:
         return 'unknown'
 

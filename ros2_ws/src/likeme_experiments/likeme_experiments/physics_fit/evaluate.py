@@ -11,11 +11,11 @@ from typing import NamedTuple
 import cv2
 
 from likeme_arm_sim.offline import final_states, lone_cell, settings_with
+from likeme_core.tabletop import Action, State
 from likeme_experiments.learning.trial_cell import TrialCell
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
 from likeme_experiments.physics_fit.trial_rows import Row
 from likeme_inference.experience.trial import Pair, TrialKey
-from likeme_inference.tabletop.domain import Action, State
 
 # Search seeds are drawn below 2**31.
 FRESH = 2**31

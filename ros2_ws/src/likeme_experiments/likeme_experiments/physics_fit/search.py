@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from likeme_arm_sim.fitted import FITTED
-from likeme_arm_sim.scene import OBJECTS, State
+from likeme_arm_sim.scene import OBJECTS
+from likeme_core.tabletop import Manner, State
 from likeme_experiments.physics_fit.misfit import misfit
 from likeme_experiments.physics_fit.trial_rows import Row
 
@@ -43,7 +44,7 @@ def touches(parameter: str, row: Row) -> bool:
             return False
         # A heavier toy slides no further when it is pushed, it only rests on more friction.
         parameter = 'grip_force' if rest == 'mass' else rest
-    is_push, off = row.action.is_push, row.action.target is State.OFFTABLE
+    is_push, off = row.action.manner is Manner.PUSH, row.action.target is State.OFFTABLE
     if parameter in GRASPING:
         return not is_push
     if parameter in PLACING_ACROSS:

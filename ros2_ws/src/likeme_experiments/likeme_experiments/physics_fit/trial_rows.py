@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_arm_sim.scene import OBJECTS, Action, State
+from likeme_arm_sim.scene import OBJECTS
+from likeme_core.tabletop import Action, Manner, State
 from likeme_inference.tabletop.model_file import shipped
 
 # Chosen before the first fit. A row is idle when its object is already where the action aims. Of
@@ -50,11 +51,11 @@ def split(table: list[Row]) -> tuple[list[Row], list[Row]]:
     rng = np.random.default_rng(SPLIT_SEED)
     held = {row for row in table if row.idle}
     for name in OBJECTS:
-        for is_push in (False, True):
+        for manner in Manner:
             busy = [
                 row
                 for row in table
-                if row.name == name and row.action.is_push is is_push and not row.idle
+                if row.name == name and row.action.manner is manner and not row.idle
             ]
             held.add(busy[int(rng.integers(len(busy)))])
     return [row for row in table if row not in held], [row for row in table if row in held]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_core.tabletop import Manner
 from likeme_experiments.evaluation.episode import Episode
 from likeme_experiments.evaluation.executed import (
     Checked,
@@ -21,7 +22,6 @@ from likeme_experiments.evaluation.executed import (
     score,
 )
 from likeme_experiments.evaluation.forecast import Estimate, Way, forecasts
-from likeme_inference.tabletop.domain import Manner
 from likeme_inference.tabletop.robot_model import RobotModel
 
 #: Seed of the worlds drawn from the posterior.

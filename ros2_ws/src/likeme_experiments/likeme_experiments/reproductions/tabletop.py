@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.evaluation.fig7 import Bars, fig7
 from likeme_experiments.evaluation.fig8 import Case, fig8
 from likeme_experiments.evaluation.practice import practice
@@ -16,7 +17,6 @@ from likeme_experiments.reproductions import tabletop_figures as figures
 from likeme_experiments.reproductions.models import model_of
 from likeme_experiments.reproductions.report import Options, Report, Reproduction
 from likeme_inference.tabletop import model_file
-from likeme_inference.tabletop.domain import Action, Manner, State
 from likeme_inference.tabletop.robot_model import RobotModel
 
 THRESHOLD = 0.5

@@ -10,13 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.evaluation.demonstrations import CHANGES
 from likeme_experiments.evaluation.fig7 import Bars
 from likeme_experiments.evaluation.fig8 import Case
 from likeme_experiments.evaluation.practice import Convergence
 from likeme_experiments.evaluation.sequential import Row
 from likeme_experiments.evaluation.table1 import MODES, PAPER, Table1
-from likeme_inference.tabletop.domain import OUT_OF_REACH, Action, Manner, State
+from likeme_inference.tabletop.domain import OUT_OF_REACH
 
 #: Of LEFT, RIGHT and OFFTABLE; told apart by those who see no red and green, too.
 COLOURS = ('#4477aa', '#ee8866', '#999999')

@@ -11,6 +11,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.ros.time import stamp_ns
+from likeme_core.tabletop import State
 from likeme_inference import messages
 from likeme_inference.experience.sighting import (
     CellGoneError,
@@ -21,8 +24,6 @@ from likeme_inference.experience.sighting import (
     seen_in,
 )
 from likeme_inference.experience.trial import Place, Trial, TrialKey
-from likeme_inference.tabletop.domain import State
-from likeme_inference.tabletop.values import Motion
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -109,7 +110,7 @@ class ExplorerNode(Node):
         self._check_cast()
         motion = report.outcome
         assert motion is not None, 'A motion that counts is one.'
-        return Trial(key, x_f, Motion(motion), seed, version, time.time_ns(), before, after)
+        return Trial(key, x_f, MotionOutcome(motion), seed, version, time.time_ns(), before, after)
 
     def close(self) -> None:
         """Leave the graph."""
@@ -202,7 +203,7 @@ class ExplorerNode(Node):
 def read_sighting(message: TableState) -> Sighting:
     """A table state as the explorer keeps it."""
     objects = {item.name: _seen(item) for item in message.objects}
-    return Sighting(messages.stamp_ns(message.header.stamp), message.settled, objects)
+    return Sighting(stamp_ns(message.header.stamp), message.settled, objects)
 
 
 def _seen(item: ObjectState) -> SeenObject:

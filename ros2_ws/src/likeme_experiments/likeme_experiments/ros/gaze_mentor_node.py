@@ -21,9 +21,9 @@ from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from likeme_core.interrupt import noted_interrupt
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_experiments.gaze_trials import Reply, Scene, Trial, scene_from
 from likeme_gaze import Gaussian, Pose2
-from likeme_inference.messages import stamp_ns, time_msg
 from likeme_msgs.msg import FixationDistance
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

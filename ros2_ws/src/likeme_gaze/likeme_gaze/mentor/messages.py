@@ -8,17 +8,15 @@ from math import cos, sin
 import numpy as np
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Vector3
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from std_msgs.msg import ColorRGBA, Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.mentor.head_pose import HeadPose
-from likeme_gaze.mentor.settings import Parameter
 from likeme_gaze.mentor.watch import Answer
-from likeme_inference.messages import stamp_ns, time_msg
 
 #: Variance of what the model does not speak of: z, and the goal's orientation.
 UNKNOWN = 1e6
@@ -39,23 +37,6 @@ def head_pose(msg: PoseStamped, now: int) -> HeadPose:
         (place.x, place.y, place.z),
         (turn.x, turn.y, turn.z, turn.w),
     )
-
-
-def parameter_descriptor(parameter: Parameter) -> ParameterDescriptor:
-    """What ROS is told about a parameter."""
-    descriptor = ParameterDescriptor(description=parameter.description)
-    # Whole numbers make a list of another type, and an empty list has none.
-    descriptor.dynamic_typing = isinstance(parameter.default, list)
-    if parameter.limits is None:
-        return descriptor
-    low, high = parameter.limits
-    if isinstance(parameter.default, int):
-        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=1)]
-    else:
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=float(low), to_value=float(high))
-        ]
-    return descriptor
 
 
 def goal_msg(answer: Answer, frame: str) -> PoseWithCovarianceStamped:

@@ -9,13 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from likeme_gaze import (
-    GazeModel,
-    Pose2,
-    Setting,
-    blindfolded_experience,
-    self_experience,
-)
+from likeme_core.settings import Setting
+from likeme_gaze import GazeModel, Pose2, SimulationSetup, blindfolded_experience, self_experience
 from likeme_gaze.mentor.head_pose import CM_PER_M, Frames, in_cm
 
 
@@ -27,60 +22,52 @@ class Blindfold(StrEnum):
     OPAQUE = 'opaque'
 
 
-class Parameter(NamedTuple):
-    """A parameter: its default, what it means, least and greatest value."""
-
-    default: Any
-    description: str
-    limits: tuple[float, float] | None = None
-
-
 #: In the order in which they are declared; m, rad, s.
-PARAMETERS: dict[str, Parameter] = {
-    'seed': Parameter(1, "of the robot's self-experience", (0, 2**31 - 1)),
-    'training_points': Parameter(
+SETTINGS: dict[str, Setting] = {
+    'seed': Setting(1, "of the robot's self-experience", (0, 2**31 - 1)),
+    'training_points': Setting(
         200, 'head movements the robot learns from, and as many under a blindfold', (0, 1000)
     ),
-    'angle_noise': Parameter(math.radians(3), 'standard deviation of its turns, rad', (1e-3, 0.5)),
-    'distance_noise': Parameter(
+    'angle_noise': Setting(math.radians(3), 'standard deviation of its turns, rad', (1e-3, 0.5)),
+    'distance_noise': Setting(
         0.1, 'standard deviation of the distances it looks at, m', (1e-3, 2.0)
     ),
-    'blindfold_experience': Parameter(
+    'blindfold_experience': Setting(
         str(Blindfold.NONE), f'what it knows of blindfolds: {", ".join(Blindfold)}'
     ),
-    'mentor_blindfolded': Parameter(False, "whether the mentor's eyes are covered"),
-    'observations': Parameter(
+    'mentor_blindfolded': Setting(False, "whether the mentor's eyes are covered"),
+    'observations': Setting(
         5, 'head poses after the start pose until the robot turns its head', (1, 100)
     ),
-    'use_distance': Parameter(
+    'use_distance': Setting(
         False, 'wait for a mentor/fixation_distance with the stamp of each head pose'
     ),
-    'prior_offset': Parameter(
+    'prior_offset': Setting(
         [0.0, 0.0],
         'mean of the goal before anything was seen, from halfway to the mentor: x y in '
         'base_frame, m',
     ),
-    'prior_std': Parameter(
+    'prior_std': Setting(
         [1.15, 2.89],
         'its standard deviations along and across the line to the mentor, m; these are of the '
         "robot's own goals, the authors' code has 2.83 1.41",
     ),
-    'base_frame': Parameter('base_link', "the robot's frame: x forward, y left, z up"),
-    'robot_head': Parameter(
+    'base_frame': Setting('base_link', "the robot's frame: x forward, y left, z up"),
+    'robot_head': Setting(
         [0.0, 0.0, 0.0], 'its head in base_frame with the neck at 0: x y, m, and heading, rad'
     ),
-    'robot_heading': Parameter(
+    'robot_heading': Setting(
         0.0, 'angle of the neck while it watches, rad, left positive', (-math.pi, math.pi)
     ),
-    'mentor_frame': Parameter('mentor', 'a second frame head poses may come in'),
-    'mentor_pose': Parameter(
+    'mentor_frame': Setting('mentor', 'a second frame head poses may come in'),
+    'mentor_pose': Setting(
         [6.0, 0.0, math.pi], 'where that frame is in base_frame: x y, m, and heading, rad'
     ),
-    'most_moved': Parameter(
+    'most_moved': Setting(
         0.3, "how far the mentor's head may move from its start place, m", (0.0, 10.0)
     ),
-    'head_joint': Parameter('head_pan_joint', "name of the neck's joint in head_command"),
-    'turn_time': Parameter(1.0, 's the head takes for its turn', (0.0, 60.0)),
+    'head_joint': Setting('head_pan_joint', "name of the neck's joint in head_command"),
+    'turn_time': Setting(1.0, 's the head takes for its turn', (0.0, 60.0)),
 }
 
 
@@ -89,7 +76,7 @@ class Learning(NamedTuple):
 
     seed: int
     points: int
-    setting: Setting
+    setting: SimulationSetup
     blindfold: Blindfold
 
     def model(self) -> GazeModel:
@@ -161,7 +148,7 @@ def _learning(values: Mapping[str, Any]) -> Learning:
         raise ValueError(
             f'Expected blindfold_experience to be one of {", ".join(Blindfold)}, got {known!r}.'
         )
-    setting = Setting(
+    setting = SimulationSetup(
         angle_std=float(values['angle_noise']),
         distance_std=float(values['distance_noise']) * CM_PER_M,
     )

@@ -8,11 +8,11 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.clock import Clock, ClockType
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 
-from likeme_inference import messages
+from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.time import steady_clock
 
 #: s: one log line for all bad messages of this time; a camera silent for longer, or a message
 #: dropped more recently, is worth a warning.
@@ -39,7 +39,7 @@ class Health:
         self._camera_heard = time.monotonic()
         self._dropped_at = -math.inf
         self._diagnostics_pub = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        node.create_timer(1.0, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(1.0, self._publish, clock=steady_clock())
 
     @property
     def silence(self) -> float:
@@ -70,6 +70,7 @@ class Health:
         said = '; '.join(sentence for there, sentence in problems if there)
         facts = {**self._facts(), **self.counts}
         stamp = self._node.get_clock().now().to_msg()
+        level = DiagnosticStatus.WARN if said else DiagnosticStatus.OK
         self._diagnostics_pub.publish(
-            messages.diagnostics_message('inference_node: imitation', said, facts, stamp)
+            diagnostics_msg('inference_node: imitation', level, said or 'ready', facts, stamp)
         )

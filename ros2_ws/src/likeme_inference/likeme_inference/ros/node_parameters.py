@@ -6,11 +6,12 @@ from array import array
 from collections.abc import Callable
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from likeme_inference.node_settings import NUMBERS, OTHERS, READ_ONLY
+from likeme_core.ros import parameters
+from likeme_inference.node_settings import SETTINGS
 
 Values = dict[str, Any]
 
@@ -30,17 +31,7 @@ class NodeParameters:
         of those that change. take_up: what follows from them, once they are set.
         """
         self._node, self._judge, self._take_up = node, judge, take_up
-        for name, number in NUMBERS.items():
-            # A whole number would be sent as the bits of one.
-            least, greatest = float(number.least), float(number.greatest)
-            span = FloatingPointRange(from_value=least, to_value=greatest)
-            descriptor = ParameterDescriptor(
-                description=number.description, floating_point_range=[span]
-            )
-            node.declare_parameter(name, float(number.default), descriptor)
-        for name, (default, description) in OTHERS.items():
-            descriptor = ParameterDescriptor(description=description, read_only=name in READ_ONLY)
-            node.declare_parameter(name, default, descriptor)
+        parameters.declare(node, SETTINGS)
 
     def watch(self) -> None:
         """Judge and take up changes from now on."""
@@ -49,10 +40,10 @@ class NodeParameters:
 
     def values(self) -> Values:
         """All values as they are."""
-        return {name: self._node.get_parameter(name).value for name in [*NUMBERS, *OTHERS]}
+        return parameters.values(self._node, SETTINGS)
 
-    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
-        new = {p.name: p.value for p in parameters}
+    def _check(self, changes: list[Parameter]) -> SetParametersResult:
+        new = {p.name: p.value for p in changes}
         try:
             self._judge(self.values() | new, set(new))
         except ValueError as error:
@@ -60,9 +51,9 @@ class NodeParameters:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _apply(self, parameters: list[Parameter]) -> None:
-        self._take_up(self.values(), {p.name for p in parameters})
-        changed = ', '.join(f'{p.name} = {_plain(p.value)!r}' for p in parameters)
+    def _apply(self, changes: list[Parameter]) -> None:
+        self._take_up(self.values(), {p.name for p in changes})
+        changed = ', '.join(f'{p.name} = {_plain(p.value)!r}' for p in changes)
         self._node.get_logger().info(f'From the next decision on: {changed}.')
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from likeme_inference import messages
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_inference.input_sequencer import Cue, Input, Rehearsal
 from likeme_msgs.msg import Heard
 
@@ -52,7 +52,7 @@ class Hearing:
         self._takes[kind] = take
 
         def stamp_of(msg: Any) -> int:
-            return messages.stamp_ns(msg.header.stamp)
+            return stamp_ns(msg.header.stamp)
 
         gate = self._rehearsal.gate(kind, stamp_of, take, self._play)
         self._node.create_subscription(message, topic, gate, depth)
@@ -64,13 +64,13 @@ class Hearing:
         decisions and outcomes so far.
         """
         self.inputs += 1
-        header = fields.pop('header', None) or Header(stamp=messages.time_msg(view))
+        header = fields.pop('header', None) or Header(stamp=time_msg(view))
         heard = Heard(header=header, kind=int(kind), number=self.inputs, events=events, **fields)
         self._heard_pub.publish(heard)
 
     def _on_cue(self, cue: Heard) -> None:
         if self.replayed and cue.kind in set(Input):
-            stamp = messages.stamp_ns(cue.header.stamp)
+            stamp = stamp_ns(cue.header.stamp)
             self._rehearsal.add(Cue(Input(cue.kind), stamp, cue))
             self._play()
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from std_msgs.msg import Header
 
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_inference.input_sequencer import Cue
-from likeme_inference.messages import stamp_ns, time_msg
 from likeme_msgs.msg import Heard
 
 

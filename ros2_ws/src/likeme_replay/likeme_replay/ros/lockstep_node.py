@@ -15,8 +15,8 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.headers import header_stamp
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_inference.input_sequencer import Cue, Input
-from likeme_inference.messages import stamp_ns, time_msg
 from likeme_msgs import msg as messages
 from likeme_msgs.msg import FrameDone, Heard
 from likeme_replay.decision_log import TOPICS, Entry, Event, entry_of, in_order

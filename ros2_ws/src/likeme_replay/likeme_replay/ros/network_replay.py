@@ -18,8 +18,8 @@ from likeme_replay.managed_nodes import nodes_run_on, own_nodes
 from likeme_replay.offline_replay import Replayed, replayed
 from likeme_replay.playback_control import EndedByKeyError, Transport
 from likeme_replay.recorded_inputs import Script
-from likeme_replay.replay import conclude, say
 from likeme_replay.replay_options import Options
+from likeme_replay.replay_report import conclude, say
 from likeme_replay.ros.lockstep_node import LockstepNode, NotPlayedError
 from likeme_replay.ros.player_node import PlayerNode, read_overrides
 from likeme_replay.source_adapters import adapted

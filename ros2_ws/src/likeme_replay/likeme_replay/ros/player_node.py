@@ -12,7 +12,7 @@ from rosbags.interfaces import Qos
 from rosgraph_msgs.msg import Clock
 
 from likeme_bags.values import Record, Topic
-from likeme_inference.messages import time_msg
+from likeme_core.ros.time import time_msg
 from likeme_replay.playback_control import Transport
 from likeme_replay.ros.waiting_node import PatientNode
 
