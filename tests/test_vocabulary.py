@@ -22,6 +22,7 @@ ENUMS = (
     ('likeme_core.tabletop', 'Action', 'srv/ExecuteAction.srv'),
     ('likeme_core.tabletop', 'Manner', 'msg/Demonstration.msg'),
     ('likeme_core.outcomes', 'MotionOutcome', 'srv/ExecuteAction.srv'),
+    ('likeme_core.outcomes', 'ResetOutcome', 'srv/ResetCell.srv'),
     ('likeme_core.outcomes', 'Actor', 'msg/Outcome.msg'),
 )
 
@@ -51,6 +52,7 @@ def test_an_enum_is_complete(module: str, name: str, interface: str) -> None:
         'Manner': 'PLACE|PUSH',
         # Every constant of ExecuteAction that is no action.
         'MotionOutcome': f'(?!(PLACE|PUSH)_({states})$).*',
+        'ResetOutcome': '.*',
         'Actor': 'ROBOT|HUMAN|NOBODY',
     }[name]
     found = {word for word in constants(interface) if re.fullmatch(words, word)}

@@ -25,7 +25,7 @@ from likeme_arm_sim.cell import Cell, MotionResult
 from likeme_arm_sim.driver import Driver
 from likeme_arm_sim.node_settings import SETTINGS, cell_settings, driver_settings
 from likeme_arm_sim.scene import CAMERA_FRAME, Scene
-from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.outcomes import Actor, MotionOutcome, ResetOutcome
 from likeme_core.ros import parameters
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import stamp_ns, steady_clock, time_msg
@@ -129,10 +129,11 @@ class ArmDriverNode(Node):
     ) -> ResetCell.Response:
         job = self._driver.reset(list(request.objects), list(request.states), request.seed)
         if job is None:
-            response.message = RESET_BUSY
+            response.outcome, response.message = ResetOutcome.BUSY, RESET_BUSY
             return response
         await self._end_of(job)
         error = job.exception()
+        response.outcome = messages.reset_outcome(error)
         response.success = error is None
         response.message = 'The table is set up.' if error is None else str(error)
         return response

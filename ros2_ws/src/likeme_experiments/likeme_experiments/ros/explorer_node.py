@@ -11,7 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from likeme_core.outcomes import MotionOutcome
+from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_core.tabletop import State
 from likeme_inference import messages
@@ -126,7 +126,7 @@ class ExplorerNode(Node):
         )
         deadline = time.monotonic() + BUSY_PATIENCE
         while not (answer := self._answer(self._reset_client, request, RESET_TIMEOUT)).success:
-            if time.monotonic() > deadline or 'in progress' not in answer.message:
+            if time.monotonic() > deadline or answer.outcome != ResetOutcome.BUSY:
                 raise TrialVoidError(f'The table was not set up: {answer.message}')
             self._pause(RESET_PAUSE)
 
