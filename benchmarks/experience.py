@@ -22,7 +22,7 @@ from likeme_arm_sim.scene import OBJECTS
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, State
 from likeme_experiments.learning.offline import learn_locally
-from likeme_experiments.learning.trial_cell import simulated_robot
+from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.policy import Systematic
 from likeme_inference.experience.store import ExperienceStore

@@ -18,7 +18,7 @@ from likeme_experiments.imitation.episode_log import Journal, fingerprint
 from likeme_experiments.imitation.episodes import Task, make_episode, tasks
 from likeme_experiments.imitation.imitation_cell import Stage
 from likeme_experiments.learning import self_taught_model as learning
-from likeme_experiments.learning.trial_cell import simulated_robot
+from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_experiments.reproduce import app
 from likeme_experiments.reproductions.models import model_of
 from likeme_experiments.reproductions.report import Options

@@ -18,7 +18,8 @@ from likeme_core.tabletop import State
 from likeme_experiments.learn import app
 from likeme_experiments.learning.observed_cell import distance_to_state
 from likeme_experiments.learning.offline import NoClusterError, dask_crew, learn, learn_locally
-from likeme_experiments.learning.trial_cell import TrialFailedError, make_trial, simulated_robot
+from likeme_experiments.learning.robot_identity import simulated_robot
+from likeme_experiments.learning.trial_cell import TrialFailedError, make_trial
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.policy import Random
 from likeme_inference.experience.store import ExperienceStore

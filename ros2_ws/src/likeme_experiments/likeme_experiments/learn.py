@@ -90,7 +90,7 @@ def learn_command(
     if offline and (with_cell or robot):
         raise typer.BadParameter('--with-cell and --robot are for the live cell.')
     # Takes a second to import, and who exports or asks for a summary needs none of it.
-    from likeme_experiments.learning.trial_cell import simulated_robot
+    from likeme_experiments.learning.robot_identity import simulated_robot
 
     names = _objects(objects)
     kind, body = 'offline' if offline else 'live', robot or simulated_robot()

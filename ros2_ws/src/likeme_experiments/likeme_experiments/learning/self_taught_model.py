@@ -14,7 +14,8 @@ from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_experiments.learning.offline import learn_locally
 from likeme_experiments.learning.progress_display import Telling
 from likeme_experiments.learning.store_commands import open_store
-from likeme_experiments.learning.trial_cell import TrialFailedError, simulated_robot
+from likeme_experiments.learning.robot_identity import simulated_robot
+from likeme_experiments.learning.trial_cell import TrialFailedError
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_view import model_of_rows, rows_of

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import threading
 import time
-from functools import cache
-from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
 
 import cv2
 
 from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.offline import lone_cell
-from likeme_arm_sim.scene import Scene
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_experiments.learning.observed_cell import Eyes
+from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.trial import COUNTED, Place, Trial, TrialKey
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
@@ -24,8 +22,6 @@ from likeme_perception.observation import ObjectObservation
 BODY_SEED = 0
 #: Tables that are set up for one trial before it is given up.
 ATTEMPTS = 5
-#: Changes when trials are made in another way than before.
-PROTOCOL = 2
 
 
 class TrialFailedError(Exception):
@@ -86,17 +82,6 @@ def place_of(seen: ObjectObservation) -> Place | None:
         return None
     x, y, _ = seen.centroid
     return Place(float(x), float(y), float(seen.shape.yaw))
-
-
-@cache
-def simulated_robot() -> str:
-    """The name of the body that trials are made with; another body has another name.
-
-    Everything that may change how a trial ends and is a number is part of it: the scene, the
-    physics, the arm's primitives, the sensor, perception.
-    """
-    body = PROTOCOL, Scene(), CellSettings(initial_states={}), PerceptionConfig()
-    return f'sim-{sha256(repr(body).encode()).hexdigest()[:8]}'
 
 
 def software_version() -> str:
