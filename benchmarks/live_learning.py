@@ -38,7 +38,13 @@ class Learner:
     """`learn.sh --with-cell` as a process, started anew when it ended."""
 
     def __init__(self, words: list[str], log: Path) -> None:
-        self._command = [sys.executable, '-m', 'likeme_experiments.learn', '--with-cell', *words]
+        self._command = [
+            sys.executable,
+            '-m',
+            'likeme_experiments.commands.learn',
+            '--with-cell',
+            *words,
+        ]
         self._log = log.open('ab')
         self.starts = 0
         self.start()

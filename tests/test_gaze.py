@@ -12,13 +12,13 @@ import typer
 from typer.testing import CliRunner
 
 from graph import Graph, NodeProcess
-from likeme_experiments.gaze_mentor import main
+from likeme_experiments.commands.gaze import main
 
 pytestmark = pytest.mark.graph
 
 
 def gaze(graph: Graph, *arguments: str) -> NodeProcess:
-    return graph.run('gaze', sys.executable, '-m', 'likeme_experiments.gaze_mentor', *arguments)
+    return graph.run('gaze', sys.executable, '-m', 'likeme_experiments.commands.gaze', *arguments)
 
 
 def scores(told: str) -> list[int]:

@@ -11,7 +11,7 @@ import cv2
 import pytest
 from typer.testing import CliRunner
 
-from likeme_experiments.reproduce import app
+from likeme_experiments.commands.reproduce import app
 from likeme_experiments.reproductions.tabletop import REPRODUCTIONS
 from likeme_inference.tabletop import model_file
 

@@ -127,7 +127,7 @@ def test_every_script_has_help(script: Path) -> None:
         ('show.sh', 'likeme_bringup.ros.cell_commands', ('show',)),
         ('cell.sh', 'likeme_bringup.ros.cell_commands', ('cell', 'reset')),
         ('demo.sh', 'likeme_bringup.demo', ()),
-        ('gaze.sh', 'likeme_experiments.gaze_mentor', ()),
+        ('gaze.sh', 'likeme_experiments.commands.gaze', ()),
         ('record.sh', 'likeme_replay.record', ()),
         ('replay.sh', 'likeme_replay.replay', ()),
         ('ask_human.sh', 'likeme_inference.ask_human_node', ('answer',)),

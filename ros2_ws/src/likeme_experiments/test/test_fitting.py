@@ -1,4 +1,4 @@
-"""The search for the cell's parameters: its test, its split, its misfit, its trials, its way."""
+"""The fit of the cell's parameters: test, split, deviance, trials and search."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import pytest
 from likeme_arm_sim.fitted import FITTED, values
 from likeme_arm_sim.scene import OBJECTS
 from likeme_core.tabletop import Manner
-from likeme_experiments.physics_fit.evaluate import Judged, judge_row, table_text
-from likeme_experiments.physics_fit.misfit import WORST, misfit
+from likeme_experiments.physics_fit.deviance import MAX_DEVIANCE, deviance
+from likeme_experiments.physics_fit.evaluate import RowEvaluation, evaluate_row, table_text
+from likeme_experiments.physics_fit.level_trials import read, try_levels
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
 from likeme_experiments.physics_fit.search import MARGIN, STEPS, best_level, levels, touches
-from likeme_experiments.physics_fit.trial_rows import rows, split
-from likeme_experiments.physics_fit.trials import read, try_levels
+from likeme_experiments.physics_fit.table_rows import split, table_rows
 
 # One of each object and manner; what the real robot did in each is in the shipped model file.
 SHIPPED_ROWS = (
@@ -67,7 +67,7 @@ def test_what_is_no_distribution_is_refused() -> None:
 
 
 def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
-    table = rows()
+    table = table_rows()
     assert len(table) == 36
     assert {sum(row.real) for row in table} == {10}
     seen, held = split(table)
@@ -80,10 +80,10 @@ def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
 
 
 def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> None:
-    assert misfit((5, 5, 0), (6, 6, 0)) == 0.0
-    assert 0.0 < misfit((5, 5, 0), (9, 3, 0)) < misfit((5, 5, 0), (12, 0, 0)) < WORST
-    assert misfit((0, 10, 0), (1, 1, 0)) < misfit((0, 10, 0), (12, 12, 0))
-    assert misfit((0, 10, 0), (50, 0, 0)) == WORST
+    assert deviance((5, 5, 0), (6, 6, 0)) == 0.0
+    assert 0.0 < deviance((5, 5, 0), (9, 3, 0)) < deviance((5, 5, 0), (12, 0, 0)) < MAX_DEVIANCE
+    assert deviance((0, 10, 0), (1, 1, 0)) < deviance((0, 10, 0), (12, 12, 0))
+    assert deviance((0, 10, 0), (50, 0, 0)) == MAX_DEVIANCE
 
 
 @pytest.mark.parametrize(
@@ -98,7 +98,7 @@ def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> N
     ],
 )
 def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) -> None:
-    said = {f'{r.name} {r.action.name}' for r in rows() if touches(parameter, r)}
+    said = {f'{r.name} {r.action.name}' for r in table_rows() if touches(parameter, r)}
     assert touched <= said
     if parameter == 'pear_mass':
         assert all(pair.startswith('pear PLACE') for pair in said)
@@ -107,7 +107,7 @@ def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) 
 
 
 def test_every_searched_number_is_a_fitted_one_and_touches_rows_that_are_seen() -> None:
-    seen, _ = split(rows())
+    seen, _ = split(table_rows())
     for parameter, _ in STEPS:
         assert parameter in FITTED
         assert any(touches(parameter, row) for row in seen)
@@ -124,7 +124,7 @@ def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> No
 
 
 def test_only_what_is_better_than_chance_is_followed() -> None:
-    row = next(r for r in rows() if str(r) == 'pear LEFT PUSH_RIGHT')
+    row = next(r for r in table_rows() if str(r) == 'pear LEFT PUSH_RIGHT')
     assert row.real == (0, 10, 0)
     name = str(row)
     tried: dict[float, dict[str, tuple[int, int, int]]] = {
@@ -144,7 +144,7 @@ def test_only_what_is_better_than_chance_is_followed() -> None:
 
 def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / 'trials.jsonl'
-    seen = [r for r in rows() if str(r) == 'chicken LEFT PUSH_LEFT']
+    seen = [r for r in table_rows() if str(r) == 'chicken LEFT PUSH_LEFT']
     wanted, told = [0.0, 0.04], list[int]()
     made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
     assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
@@ -158,15 +158,15 @@ def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
 
 
 def test_the_table_says_what_passes() -> None:
-    table = rows()
+    table = table_rows()
     seen, _ = split(table)
-    entries = [Judged(row, (5, 5, 0), 0.5 if row in seen else 0.01) for row in table]
+    entries = [RowEvaluation(row, (5, 5, 0), 0.5 if row in seen else 0.01) for row in table]
     text = table_text(entries, seen)
     assert 'all 18 of 36; fitted 18 of 18; held out 0 of 6; held out, idle 0 of 12' in text
 
 
 @pytest.mark.parametrize('name', SHIPPED_ROWS)
 def test_the_shipped_parameters_give_recorded_rows(name: str) -> None:
-    row = next(row for row in rows() if str(row) == name)
-    entry = judge_row(values(), row, 16)
+    row = next(row for row in table_rows() if str(row) == name)
+    entry = evaluate_row(values(), row, 16)
     assert entry.passes, entry

@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from likeme_experiments.evaluation.blindfold_detection import (
+    blindfold_probabilities,
+    detection_correct,
+)
 from likeme_experiments.evaluation.blindfold_groups import (
     GROUPS,
     differs_from_zero,
@@ -13,7 +17,6 @@ from likeme_experiments.evaluation.blindfold_groups import (
     group_score,
     group_turns,
 )
-from likeme_experiments.evaluation.blindfold_told import agent_tells, told_right
 from likeme_gaze import eyes_covered, known
 from likeme_gaze.beliefs import Gaussian, independent
 from likeme_gaze.blindfold import FIGURE_GROUPS, Blindfold, Group, infant, scores
@@ -65,9 +68,9 @@ def test_only_those_who_wore_it_know_the_blindfold() -> None:
 
 def test_movements_tell_who_is_blindfolded() -> None:
     """Five looks at one goal end close together, blindfolded turns do not; one tells nothing."""
-    right = told_right(np.array([agent_tells(3, agent) for agent in range(4)])).mean(
-        axis=(0, 2, 3)
-    )
+    right = detection_correct(
+        np.array([blindfold_probabilities(3, agent) for agent in range(4)])
+    ).mean(axis=(0, 2, 3))
     assert right[0] < 0.75
     assert right[-1] > 0.95
 

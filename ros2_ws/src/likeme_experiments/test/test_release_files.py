@@ -1,5 +1,7 @@
-"""Files written by release 0.1.0 (release_0_1_0/, by learn.sh --offline --seed 11 --policy random
---trials 8, export, export --model) are read, and the same campaign makes the same trials."""
+"""Files that release 0.1.0 wrote are read, and the same campaign makes the same trials.
+
+release_0_1_0/: learn.sh --offline --seed 11 --policy random --trials 8, export, export --model.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +12,12 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from likeme_experiments.learn import app
+from likeme_experiments.commands.learn import app
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_experiments.learning.trial_cell import make_trial
 from likeme_experiments.reproductions.models import model_of
-from likeme_experiments.reproductions.report import Options
+from likeme_experiments.reproductions.report import ReproductionOptions
 from likeme_inference.experience import trial_file
 from likeme_inference.experience.campaign import Progress
 from likeme_inference.experience.store import ExperienceStore
@@ -59,7 +61,9 @@ def test_a_released_store_is_exported_and_imported_as_before(place: str, tmp_pat
 
 
 def test_a_released_model_and_store_are_models(place: str) -> None:
-    by_file, by_store = (model_of(Options(model=str(m))) for m in (RELEASED / 'model.csv', place))
+    by_file, by_store = (
+        model_of(ReproductionOptions(model=str(m))) for m in (RELEASED / 'model.csv', place)
+    )
     assert by_file.rows == by_store.rows
     assert sum(known.trials for known in by_file.objects.values()) == 8
 

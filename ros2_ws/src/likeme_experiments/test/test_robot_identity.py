@@ -48,7 +48,9 @@ def test_classes_may_be_renamed_and_fields_reordered() -> None:
 
 
 def test_equal_numbers_of_different_types_are_the_same() -> None:
-    assert digest_of(canonical({'a': 1, 'b': (0,)})) == digest_of(canonical({'b': [0.0], 'a': 1.0}))
+    assert digest_of(canonical({'a': 1, 'b': (0,)})) == digest_of(
+        canonical({'b': [0.0], 'a': 1.0})
+    )
 
 
 def test_every_number_is_part_of_the_name() -> None:
