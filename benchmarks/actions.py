@@ -30,13 +30,13 @@ def final_states(cell: Cell, name: str, x_i: State, action: Action, seeds: int) 
         cell.run_action(Actor.ROBOT, name, action, Eye(cell, seed).look)
         settle(cell, name)
         state = cell.true_states()[name].state
-        assert state is not None, 'The truth is never covered.'
+        assert state is not None, 'The true state is always known.'
         counts[state] += 1
     return counts
 
 
 def main() -> None:
-    """Try everything and publish, with the real robot's counts as the peer."""
+    """Run all trials and publish the comparison with the real robot."""
     parser = argparse.ArgumentParser()
     parser.add_argument('--seeds', type=int, default=10)
     parser.add_argument('--json', action='store_true')
