@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from math import nan
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,12 +46,30 @@ class ObjectObservation:
         return self.shape.centroid if self.shape else (nan, nan, nan)
 
 
+class UnresolvedReason(StrEnum):
+    """Why an act of a hand is not understood."""
+
+    MOVING = 'object still moving'
+    HIDDEN = 'object hidden'
+    INTERRUPTED = 'arm came before object was at rest'
+    HAND_AND_ARM = 'hand and arm in view together'
+
+
+class UnresolvedAct(NamedTuple):
+    """An act of a hand that gave no demonstration; object: None when it is not known."""
+
+    stamp: int
+    object: str | None
+    reason: UnresolvedReason
+
+
 @dataclass(frozen=True, eq=False)
 class TableObservation:
     """What is where in one frame.
 
     learned: the background is known; without it nothing is said about objects. things: pixels of
-    what is in no catalogue. demonstrations: acts found complete in this frame.
+    what is in no catalogue. demonstrations: acts found complete in this frame. unresolved: acts that
+    ended in this frame without being understood.
     """
 
     stamp: int
@@ -60,6 +80,7 @@ class TableObservation:
     settled: bool = False
     objects: tuple[ObjectObservation, ...] = ()
     demonstrations: tuple[Demonstration, ...] = ()
+    unresolved: tuple[UnresolvedAct, ...] = ()
     hand_tip: HandTip | None = None
     hand: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     arm: Index = field(default_factory=lambda: np.zeros(0, np.intp))

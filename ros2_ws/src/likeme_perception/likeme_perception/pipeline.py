@@ -16,7 +16,7 @@ from likeme_perception.errors import NoDepthError
 from likeme_perception.hand import Intruders, IntruderSegmenter
 from likeme_perception.identification import Catalogue, Match, assign, identity_probability
 from likeme_perception.objects import ObjectTrack, Scene, Sighting
-from likeme_perception.observation import TableObservation
+from likeme_perception.observation import TableObservation, UnresolvedReason
 from likeme_perception.regions import regions_of
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
 from likeme_perception.segmentation import (
@@ -81,7 +81,9 @@ class TabletopPerception:
         return {
             'background restarts': str(self.restarts),
             'still intruders made background': str(self.absorbed),
-            'acts with hand and arm at once': str(self.demonstrations.shared_acts),
+        } | {
+            f'acts not understood: {reason}': str(self.demonstrations.unresolved[reason])
+            for reason in UnresolvedReason
         }
 
     def process(self, frame: RgbdFrame) -> TableObservation:
@@ -131,10 +133,11 @@ class TabletopPerception:
         )
         settled = not hand and not arm and all(o.settled for o in objects)
         now = TableObservation(
-            frame.stamp, frame.frame_id, True, hand, arm, settled, objects, (),
-            found.tip if hand else None, found.hand, found.arm, things,
+            frame.stamp, frame.frame_id, True, hand, arm, settled, objects,
+            hand_tip=found.tip if hand else None, hand=found.hand, arm=found.arm, things=things,
         )  # fmt: skip
-        return replace(now, demonstrations=self.demonstrations.update(now))
+        acts = self.demonstrations.update(now)
+        return replace(now, demonstrations=acts.demonstrations, unresolved=acts.unresolved)
 
     def _protected(self, frame: RgbdFrame) -> ImageB:
         """Pixels in which a resting object still is where it was, (H, W) 0 or 1."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from math import exp, hypot
 from typing import NamedTuple
@@ -12,7 +13,12 @@ from likeme_core.observations import Demonstration
 from likeme_core.tabletop import Manner
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.hand_tip import HandTip
-from likeme_perception.observation import ObjectObservation, TableObservation
+from likeme_perception.observation import (
+    ObjectObservation,
+    TableObservation,
+    UnresolvedAct,
+    UnresolvedReason,
+)
 
 SECOND = 1_000_000_000
 # An object is on its way once it has moved this far (m) from where it lay, and so is the hand that
@@ -42,37 +48,51 @@ class Episode:
     robot: bool = False
 
 
+class CompletedActs(NamedTuple):
+    """What a hand did, once it has left: demonstrations, and acts whose end was not seen."""
+
+    demonstrations: tuple[Demonstration, ...] = ()
+    unresolved: tuple[UnresolvedAct, ...] = ()
+
+
 class DemonstrationTracker:
     """Turns the observations of successive frames into demonstrations.
 
     What changes without a hand (the robot's own acts, a table set up anew) is no demonstration,
     nor is what changes while hand and arm are both over the table: nobody can say who did it.
+    An object that a hand moved and that is not at rest when the wait for it ends is an unresolved
+    act; what becomes of it afterwards is not attributed to the next act.
+
+    Attributes:
+        unresolved: how many acts were not understood, by reason.
     """
 
     def __init__(self, config: PerceptionConfig) -> None:
         self._config = config
         self._settled: dict[str, ObjectObservation] = {}
         self._episode: Episode | None = None
-        self.shared_acts = 0
+        self.unresolved: Counter[UnresolvedReason] = Counter()
 
     @property
     def in_episode(self) -> bool:
         """Whether a hand has come and the act is not over."""
         return self._episode is not None
 
-    def update(self, now: TableObservation) -> tuple[Demonstration, ...]:
+    def update(self, now: TableObservation) -> CompletedActs:
         """Take one frame; the acts that are complete with it, in the order the objects moved."""
         if self._episode is None and now.hand_in_view:
             self._episode = Episode(now.stamp, dict(self._settled))
         if self._episode is None:
             self._remember(now)
-            return ()
+            return CompletedActs()
         self._watch(self._episode, now)
         if not self._over(self._episode, now):
-            return ()
+            return CompletedActs()
         episode, self._episode = self._episode, None
         self._remember(now)
-        return self._acts(episode, now)
+        acts = CompletedActs(self._acts(episode, now), self._unresolved(episode, now))
+        self.unresolved.update(act.reason for act in acts.unresolved)
+        return acts
 
     def _remember(self, now: TableObservation) -> None:
         self._settled |= {o.name: o for o in now.objects if o.settled}
@@ -101,7 +121,6 @@ class DemonstrationTracker:
 
     def _acts(self, episode: Episode, now: TableObservation) -> tuple[Demonstration, ...]:
         if episode.robot:
-            self.shared_acts += 1
             return ()
         changed = [
             (before, after)
@@ -110,6 +129,21 @@ class DemonstrationTracker:
         ]
         acts = [(self._moved_at(episode, b), self._act(episode, b, a, now)) for b, a in changed]
         return tuple(act for _, act in sorted(acts, key=lambda pair: pair[0]))
+
+    def _unresolved(self, episode: Episode, now: TableObservation) -> tuple[UnresolvedAct, ...]:
+        """Acts whose author or end is not known; forgets where their objects lay before."""
+        moved = [
+            o
+            for o in now.objects
+            if not o.settled
+            and (before := episode.before.get(o.name)) is not None
+            and _moved(episode.samples[o.name], before)
+        ]
+        for each in moved:
+            self._settled.pop(each.name, None)
+        if episode.robot:
+            return (UnresolvedAct(now.stamp, None, UnresolvedReason.HAND_AND_ARM),)
+        return tuple(UnresolvedAct(now.stamp, o.name, _reason(o, now)) for o in moved)
 
     def _moved_at(self, episode: Episode, before: ObjectObservation) -> int:
         """Stamp of the first frame in which the object was not where it lay."""
@@ -144,6 +178,20 @@ class DemonstrationTracker:
             manner_probability=max(place, 1 - place),
             rise=rise,
         )
+
+
+def _moved(samples: list[Sample], before: ObjectObservation) -> bool:
+    """Whether an object was last seen elsewhere than where it lay."""
+    places = [s.place for s in samples if s.place is not None]
+    if not places:
+        return False
+    return not before.visible or _apart(places[-1], before.centroid) > _UNDER_WAY
+
+
+def _reason(unsettled: ObjectObservation, now: TableObservation) -> UnresolvedReason:
+    if now.arm_in_view:
+        return UnresolvedReason.INTERRUPTED
+    return UnresolvedReason.MOVING if unsettled.visible else UnresolvedReason.HIDDEN
 
 
 def rise_of(samples: list[Sample], before: ObjectObservation, after: ObjectObservation) -> float:
