@@ -25,7 +25,7 @@ from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 from likeme_inference.tabletop.model_file import load
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.regions import regions_of
+from likeme_perception.state_probability import regions_of
 
 CAMPAIGN = Campaign(simulated_robot(), 'offline-5', 5, ('lemon',), Random(6))
 

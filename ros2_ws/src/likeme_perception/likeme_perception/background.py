@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_core.geometry import Rectangle
+from likeme_perception.camera_view import TableView, levelled, pose_from_plane
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoTableError
 from likeme_perception.plane import Plane, ransac_plane, refine_plane
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, deproject, depth_sigma
-from likeme_perception.view import TableView, levelled, pose_from_plane
 
 ImageF = NDArray[np.float32]
 ImageB = NDArray[np.uint8]

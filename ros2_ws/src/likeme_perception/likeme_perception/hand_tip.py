@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_perception.background import Background
+from likeme_perception.entry_side import nearest_side
 from likeme_perception.segmentation import Blob
-from likeme_perception.sides import nearest_side
 
 # The tip of a hand: this much (m) of it from its farthest point.
 _TIP = 0.08

@@ -20,10 +20,10 @@ from likeme_perception.identification import (
     load_catalogue,
 )
 from likeme_perception.observation import TableObservation
+from likeme_perception.observation_report import described, in_words
 from likeme_perception.overlay import draw
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
-from likeme_perception.wording import described, in_words
 
 # Successive looks at one still image are this far apart, ns.
 _PERIOD = 100_000_000

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import State
 from likeme_perception.hand_tip import HandTip
-from likeme_perception.regions import UNIFORM, Probability
 from likeme_perception.segmentation import Index, Shape
+from likeme_perception.state_probability import UNIFORM, Probability
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from likeme_core.regions import Regions
 from likeme_core.tabletop import State
+from likeme_perception.camera_view import TableView
 from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.segmentation import Index, Shape, mask_of
-from likeme_perception.view import TableView
 
 ImageB = NDArray[np.uint8]
 Colour = tuple[int, int, int]

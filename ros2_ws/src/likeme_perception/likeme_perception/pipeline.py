@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 from likeme_core.regions import Regions
 from likeme_perception.background import Background, BackgroundLearner
 from likeme_perception.config import PerceptionConfig
+from likeme_perception.demonstration_tracking import DemonstrationTracker
+from likeme_perception.depth_shadow import shadowed_things
 from likeme_perception.errors import NoDepthError
-from likeme_perception.hand import Intruders, IntruderSegmenter
+from likeme_perception.hand_arm_segmentation import Intruders, IntruderSegmenter
 from likeme_perception.identification import Catalogue, Match, assign, identity_probability
-from likeme_perception.objects import ObjectTrack, Scene, Sighting
+from likeme_perception.object_track import ObjectTrack, Scene, Sighting
 from likeme_perception.observation import TableObservation, UnresolvedReason
-from likeme_perception.regions import regions_of
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
 from likeme_perception.segmentation import (
     Blob,
@@ -28,10 +29,9 @@ from likeme_perception.segmentation import (
     shape_of,
     top_view_parts,
 )
-from likeme_perception.shadow import shadowed_things
-from likeme_perception.stillness import StillnessWatch, StillThing, absorbed
-from likeme_perception.touching import parts_by_colour, pieces_joined
-from likeme_perception.tracking import DemonstrationTracker
+from likeme_perception.state_probability import regions_of
+from likeme_perception.static_foreground import StillnessWatch, StillThing, absorbed
+from likeme_perception.touching_objects import parts_by_colour, pieces_joined
 
 ImageB = NDArray[np.uint8]
 

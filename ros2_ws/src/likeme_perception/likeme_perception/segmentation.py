@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_perception.camera_view import TableView
 from likeme_perception.colour import Bins, colour_bins
 from likeme_perception.rgbd import RgbdFrame
-from likeme_perception.view import TableView
 
 ImageF = NDArray[np.float32]
 ImageB = NDArray[np.uint8]

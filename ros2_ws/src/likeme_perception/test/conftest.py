@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from likeme_perception.camera_view import TableView
 from likeme_perception.colour import ColourPart
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import Catalogue, CatalogueObject
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
-from likeme_perception.view import TableView
 
 TABLE, FLOOR = (196, 164, 122), (110, 112, 116)
 YELLOW, GREEN, SKIN = (235, 205, 30), (90, 150, 40), (222, 170, 140)

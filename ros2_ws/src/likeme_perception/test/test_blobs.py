@@ -7,8 +7,8 @@ import numpy as np
 from scipy import ndimage
 
 from likeme_perception.colour import colour_bins
+from likeme_perception.hand_arm_colour import IntruderColour
 from likeme_perception.identification import Catalogue
-from likeme_perception.intruder_colour import IntruderColour
 from likeme_perception.segmentation import (
     blobs_of,
     image_components,

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from likeme_perception.background import BackgroundLearner
+from likeme_perception.camera_view import TableView, levelled, pose_from_plane
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoTableError
 from likeme_perception.plane import Plane, least_squares_plane, ransac_plane
 from likeme_perception.rgbd import RgbdFrame
-from likeme_perception.view import TableView, levelled, pose_from_plane
 
 
 def tilted(rng: np.random.Generator, count: int) -> np.ndarray:

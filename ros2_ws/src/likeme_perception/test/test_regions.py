@@ -10,7 +10,7 @@ from likeme_core.geometry import Rectangle
 from likeme_core.regions import Regions
 from likeme_core.tabletop import State
 from likeme_perception.config import PerceptionConfig, config_from
-from likeme_perception.regions import certain, state_probability
+from likeme_perception.state_probability import certain, state_probability
 
 AREA = Rectangle(0.27, 0.61, -0.33, 0.33)
 REGIONS = Regions(AREA, 0.0)

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_perception.camera_view import TableView
 from likeme_perception.segmentation import Blob, Shape, rows_and_columns
-from likeme_perception.view import TableView
 
 ImageB = NDArray[np.uint8]
 

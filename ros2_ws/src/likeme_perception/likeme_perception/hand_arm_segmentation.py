@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from likeme_perception.background import Background
 from likeme_perception.colour import LogDensity
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.growth import grown_by_colour, unlike_background
+from likeme_perception.entry_side import nearest_side, sides_reached
+from likeme_perception.hand_arm_colour import IntruderColour
+from likeme_perception.hand_completion import grown_by_colour, unlike_background
 from likeme_perception.hand_tip import HandTip, hand_tip
-from likeme_perception.intruder_colour import IntruderColour
 from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.segmentation import (
     Blob,
@@ -27,7 +28,6 @@ from likeme_perception.segmentation import (
     merged,
     rows_and_columns,
 )
-from likeme_perception.sides import nearest_side, sides_reached
 
 ImageB = NDArray[np.uint8]
 ImageF = NDArray[np.float32]

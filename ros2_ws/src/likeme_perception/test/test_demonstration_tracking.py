@@ -9,6 +9,7 @@ import pytest
 from likeme_core.observations import Demonstration
 from likeme_core.tabletop import Manner, State
 from likeme_perception.config import PerceptionConfig
+from likeme_perception.demonstration_tracking import DemonstrationTracker
 from likeme_perception.hand_tip import HandTip
 from likeme_perception.observation import (
     ObjectObservation,
@@ -16,9 +17,8 @@ from likeme_perception.observation import (
     UnresolvedAct,
     UnresolvedReason,
 )
-from likeme_perception.regions import certain
 from likeme_perception.segmentation import Shape
-from likeme_perception.tracking import DemonstrationTracker
+from likeme_perception.state_probability import certain
 
 SECOND = 1_000_000_000
 LEFT, RIGHT, OFF = (0.44, 0.18, 0.03), (0.44, -0.18, 0.03), (0.44, 0.50, -0.17)

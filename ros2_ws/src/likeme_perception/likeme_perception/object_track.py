@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from likeme_core.regions import Regions
 from likeme_core.tabletop import State
+from likeme_perception.camera_view import TableView
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import CatalogueObject
 from likeme_perception.observation import ObjectObservation
-from likeme_perception.partial import with_hidden_part
-from likeme_perception.regions import certain, state_probability
+from likeme_perception.occlusion_correction import with_hidden_part
 from likeme_perception.rgbd import RgbdFrame, depth_sigma
 from likeme_perception.segmentation import Blob, Index, Shape
-from likeme_perception.view import TableView
+from likeme_perception.state_probability import certain, state_probability
 
 ImageF = NDArray[np.float32]
 
