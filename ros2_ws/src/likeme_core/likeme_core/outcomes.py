@@ -1,4 +1,4 @@
-"""Who acted and how a motion ended, with the numbers of likeme_msgs."""
+"""Actor and outcome of a motion, with the numbers of likeme_msgs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Actor(IntEnum):
 
 
 class MotionOutcome(IntEnum):
-    """How the arm says a motion ended; the numbers of likeme_msgs/ExecuteAction."""
+    """How a motion ended, as reported by the arm; the numbers of likeme_msgs/ExecuteAction."""
 
     COMPLETED = 0
     NOT_GRASPED = 1
@@ -30,5 +30,5 @@ class MotionOutcome(IntEnum):
 
     @property
     def moved(self) -> bool:
-        """Whether the arm may have moved, so that the camera decides what became of the object."""
+        """Whether the arm may have moved; the object's state must then be observed."""
         return self <= MotionOutcome.HELD or self is MotionOutcome.FAILED

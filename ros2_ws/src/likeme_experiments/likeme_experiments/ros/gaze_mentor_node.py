@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from likeme_core.interrupt import noted_interrupt
+from likeme_core.interrupt import deferred_interrupt
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_experiments.gaze_trials import Reply, Scene, Trial, scene_from
 from likeme_gaze import Gaussian, Pose2
@@ -199,7 +199,7 @@ def belief_of(msg: PoseWithCovarianceStamped) -> Gaussian:
 def mentor(domain: int, partner: str, alive: Callable[[], None]) -> Iterator[MentorNode]:
     """A simulated mentor on a ROS domain; Ctrl-C raises KeyboardInterrupt, so that it can tidy."""
     rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    with noted_interrupt() as check:
+    with deferred_interrupt() as check:
 
         def between_spins() -> None:
             check()

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 from rclpy.context import Context
 
-from likeme_core.interrupt import noted_interrupt
+from likeme_core.interrupt import deferred_interrupt
 from likeme_experiments.learning.managed_cell import OwnCell
 from likeme_experiments.learning.progress_display import Telling
 from likeme_experiments.ros.explorer_node import ExplorerNode
@@ -86,7 +86,7 @@ def explorer(domain: int) -> Iterator[ExplorerNode]:
     """An explorer on a ROS domain; Ctrl-C raises KeyboardInterrupt between two spins."""
     context = Context()
     context.init(domain_id=domain)
-    with noted_interrupt() as check:
+    with deferred_interrupt() as check:
         node = ExplorerNode(context, check)
         try:
             yield node
