@@ -1,4 +1,4 @@
-"""The camera over the table: from pixels with depth to points in the reference frame and back."""
+"""Camera with a known pose: deprojection into the reference frame, and projection."""
 
 from __future__ import annotations
 
@@ -16,11 +16,10 @@ ImageF = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class TableView:
-    """A camera whose pose over the table is known.
+class CameraView:
+    """A pinhole camera and its pose.
 
-    pose: 4x4 transform from the optical frame to the reference frame, whose z = 0 is the table
-    top.
+    pose: 4x4 transform from the optical to the reference frame, whose z = 0 is the table top.
     """
 
     intrinsics: Intrinsics
@@ -34,7 +33,7 @@ class TableView:
 
     @property
     def slope(self) -> ImageF:
-        """How much a pixel's ray rises per m of depth, (H, W); negative looking down."""
+        """Change of height per m of depth along each ray, (H, W); negative looking down."""
         return self.directions[:, 2].reshape(self.intrinsics.shape)
 
     @property
@@ -45,14 +44,14 @@ class TableView:
     def points(self, pixels: NDArray[np.intp], depth: ImageF) -> ImageF:
         """Points (N, 3) of flat pixel indices (N,) with their depths (N,), m."""
         points = self.directions.take(pixels, axis=0)
-        # Axis by axis: broadcasting along rows of three is many times slower.
+        # Axis by axis: broadcasting over rows of three values is many times slower.
         for axis, offset in enumerate(self.origin):
             points[:, axis] *= depth
             points[:, axis] += offset
         return points
 
     def depth_at_height(self, height: float | ImageF) -> ImageF:
-        """Depth at which each pixel's ray has this height over the table, (H, W); inf if never."""
+        """Depth at which each ray has this height above the table, (H, W); inf if never."""
         slope = self.slope
         with np.errstate(divide='ignore', invalid='ignore'):
             depth = (np.float32(height) - self.origin[2]) / slope
@@ -60,14 +59,14 @@ class TableView:
 
     @cached_property
     def ground(self) -> ImageF:
-        """Where each pixel's ray meets the table plane, (x, y) in m, (H, W, 2); NaN if never."""
+        """Intersection (x, y) of each ray with the table plane, m, (H, W, 2); NaN without."""
         depth = self.depth_at_height(0.0).reshape(-1, 1)
         depth = np.where(np.isfinite(depth), depth, np.nan)
         xy = self.directions[:, :2] * depth + self.origin[:2]
         return np.asarray(xy.reshape(*self.intrinsics.shape, 2), np.float32)
 
     def pixel_area(self, depth: ImageF) -> ImageF:
-        """Area one pixel covers at a depth, square to the view, m^2."""
+        """Area that one pixel covers at a depth, perpendicular to the optical axis, m^2."""
         return np.asarray(depth**2 / (self.intrinsics.fx * self.intrinsics.fy), np.float32)
 
     def project(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -79,9 +78,9 @@ class TableView:
 
 
 def levelled(pose: NDArray[np.float64], plane: Plane) -> NDArray[np.float64]:
-    """The pose turned and lifted by as little as makes the seen table plane exactly z = 0.
+    """The pose corrected by the smallest rotation and lift that make the table plane z = 0.
 
-    plane: in the optical frame. The rotation is the smallest one that takes its normal to +z.
+    plane: as measured in the optical frame.
     """
     normal = pose[:3, :3] @ np.asarray(plane.normal)
     axis = np.cross(normal, [0.0, 0.0, 1.0])
@@ -98,7 +97,7 @@ def levelled(pose: NDArray[np.float64], plane: Plane) -> NDArray[np.float64]:
 
 
 def pose_from_plane(plane: Plane) -> NDArray[np.float64]:
-    """A camera pose from the table alone: origin under the optical axis, x up in the image."""
+    """Camera pose from the table plane: origin on the optical axis, x towards the image's top."""
     z = np.asarray(plane.normal)
     x = -np.array([0.0, 1.0, 0.0]) + z[1] * z
     x /= np.linalg.norm(x)

@@ -1,55 +1,47 @@
-"""Demonstrations as events: a hand came, an object changed state, the hand left."""
+"""Detection of demonstrations: a hand enters, an object changes its state, the hand leaves."""
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from math import exp, hypot
+from math import exp
 from typing import NamedTuple
 
-import numpy as np
-
 from likeme_core.observations import Demonstration
+from likeme_core.stamps import seconds
 from likeme_core.tabletop import Manner
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.hand_tip import HandTip
 from likeme_perception.observation import (
     ObjectObservation,
     TableObservation,
     UnresolvedAct,
     UnresolvedReason,
 )
-
-SECOND = 1_000_000_000
-# An object is on its way once it has moved this far (m) from where it lay, and so is the hand that
-# carries it once it is this far from both ends of the way.
-_UNDER_WAY = 0.03
-_CARRYING = 0.06
-# A path of fewer sightings than this is judged by the hand instead.
-_SIGHTINGS = 4
-
-
-class Sample(NamedTuple):
-    """An object and the hand's tip in one frame of an episode; place None while not visible."""
-
-    stamp: int
-    place: tuple[float, float, float] | None
-    tip: HandTip | None
+from likeme_perception.rise_estimation import (
+    MOVED_DISTANCE,
+    TrackSample,
+    estimate_rise,
+    horizontal_distance,
+)
 
 
 @dataclass
-class Episode:
-    """From the frame in which a hand came: the settled objects before, and what was seen since."""
+class HandEpisode:
+    """What was seen from the frame in which a hand entered until its act is complete.
+
+    before: the objects at rest when the hand entered. left: stamp at which the hand left, None
+    while it is in view. with_arm: whether hand and arm were in view together.
+    """
 
     start: int
     before: dict[str, ObjectObservation]
     left: int | None = None
-    samples: dict[str, list[Sample]] = field(default_factory=dict)
-    robot: bool = False
+    samples: dict[str, list[TrackSample]] = field(default_factory=dict)
+    with_arm: bool = False
 
 
 class CompletedActs(NamedTuple):
-    """What a hand did, once it has left: demonstrations, and acts whose end was not seen."""
+    """The acts of a hand that has left: demonstrations, and acts that could not be resolved."""
 
     demonstrations: tuple[Demonstration, ...] = ()
     unresolved: tuple[UnresolvedAct, ...] = ()
@@ -58,110 +50,112 @@ class CompletedActs(NamedTuple):
 class DemonstrationTracker:
     """Turns the observations of successive frames into demonstrations.
 
-    What changes without a hand (the robot's own acts, a table set up anew) is no demonstration,
-    nor is what changes while hand and arm are both over the table: nobody can say who did it.
-    An object that a hand moved and that is not at rest when the wait for it ends is an unresolved
-    act; what becomes of it afterwards is not attributed to the next act.
+    A change without a hand (by the robot, or by setting up the table anew) is no demonstration.
+    Neither is a change while hand and arm are in view together, since its author is not known.
+    If an object that the hand moved is not at rest by `settle_timeout`, or when the arm comes, the
+    act is unresolved. The state in which the object comes to rest later is not attributed to the
+    next act.
 
     Attributes:
-        unresolved: how many acts were not understood, by reason.
+        unresolved: number of unresolved acts by reason.
     """
 
     def __init__(self, config: PerceptionConfig) -> None:
         self._config = config
         self._settled: dict[str, ObjectObservation] = {}
-        self._episode: Episode | None = None
+        self._episode: HandEpisode | None = None
         self.unresolved: Counter[UnresolvedReason] = Counter()
 
     @property
     def in_episode(self) -> bool:
-        """Whether a hand has come and the act is not over."""
+        """Whether a hand has entered and its act is not complete."""
         return self._episode is not None
 
     def update(self, now: TableObservation) -> CompletedActs:
-        """Take one frame; the acts that are complete with it, in the order the objects moved."""
+        """Process one frame; the acts that it completes, in the order the objects moved."""
         if self._episode is None and now.hand_in_view:
-            self._episode = Episode(now.stamp, dict(self._settled))
+            self._episode = HandEpisode(now.stamp, dict(self._settled))
         if self._episode is None:
-            self._remember(now)
+            self._store_settled(now)
             return CompletedActs()
-        self._watch(self._episode, now)
-        if not self._over(self._episode, now):
+        self._record(self._episode, now)
+        if not self._complete(self._episode, now):
             return CompletedActs()
         episode, self._episode = self._episode, None
-        self._remember(now)
-        acts = CompletedActs(self._acts(episode, now), self._unresolved(episode, now))
+        self._store_settled(now)
+        acts = CompletedActs(
+            self._demonstrations(episode, now), self._unresolved_acts(episode, now)
+        )
         self.unresolved.update(act.reason for act in acts.unresolved)
         return acts
 
-    def _remember(self, now: TableObservation) -> None:
+    def _store_settled(self, now: TableObservation) -> None:
         self._settled |= {o.name: o for o in now.objects if o.settled}
 
-    def _watch(self, episode: Episode, now: TableObservation) -> None:
+    def _record(self, episode: HandEpisode, now: TableObservation) -> None:
         if now.hand_in_view:
             episode.left = None
         elif episode.left is None:
             episode.left = now.stamp
-        # The robot may start right after the hand has left; only a shared table is in doubt.
-        episode.robot |= now.arm_in_view and now.hand_in_view
+        # The robot may start as soon as the hand has left; only both in view leave a doubt.
+        episode.with_arm |= now.arm_in_view and now.hand_in_view
         for seen in now.objects:
             place = seen.centroid if seen.visible else None
-            sample = Sample(now.stamp, place, now.hand_tip if now.hand_in_view else None)
+            sample = TrackSample(now.stamp, place, now.hand_tip if now.hand_in_view else None)
             episode.samples.setdefault(seen.name, []).append(sample)
 
-    def _over(self, episode: Episode, now: TableObservation) -> bool:
-        """Whether the hand has been gone for long enough and all rests, or never will."""
+    def _complete(self, episode: HandEpisode, now: TableObservation) -> bool:
+        """Whether the hand has left and all objects are at rest, or the wait for them is over."""
         if episode.left is None:
             return False
-        gone = (now.stamp - episode.left) / SECOND
+        gone = seconds(now.stamp - episode.left)
         at_rest = all(o.settled for o in now.objects)
         return (gone >= self._config.hand_gone_time and at_rest) or (
             gone >= self._config.settle_timeout or now.arm_in_view
         )
 
-    def _acts(self, episode: Episode, now: TableObservation) -> tuple[Demonstration, ...]:
-        if episode.robot:
+    def _demonstrations(
+        self, episode: HandEpisode, now: TableObservation
+    ) -> tuple[Demonstration, ...]:
+        if episode.with_arm:
             return ()
         changed = [
             (before, after)
             for name, before in episode.before.items()
             if (after := self._settled.get(name)) is not None and after.state != before.state
         ]
-        acts = [(self._moved_at(episode, b), self._act(episode, b, a, now)) for b, a in changed]
+        acts = [
+            (_moved_at(episode, b), self._demonstration(episode, b, a, now)) for b, a in changed
+        ]
         return tuple(act for _, act in sorted(acts, key=lambda pair: pair[0]))
 
-    def _unresolved(self, episode: Episode, now: TableObservation) -> tuple[UnresolvedAct, ...]:
-        """Acts whose author or end is not known; forgets where their objects lay before."""
+    def _unresolved_acts(
+        self, episode: HandEpisode, now: TableObservation
+    ) -> tuple[UnresolvedAct, ...]:
+        """Acts whose author or end is not known; removes their objects from the settled ones."""
         moved = [
             o
             for o in now.objects
             if not o.settled
             and (before := episode.before.get(o.name)) is not None
-            and _moved(episode.samples[o.name], before)
+            and _was_moved(episode.samples[o.name], before)
         ]
         for each in moved:
             self._settled.pop(each.name, None)
-        if episode.robot:
+        if episode.with_arm:
             return (UnresolvedAct(now.stamp, None, UnresolvedReason.HAND_AND_ARM),)
         return tuple(UnresolvedAct(now.stamp, o.name, _reason(o, now)) for o in moved)
 
-    def _moved_at(self, episode: Episode, before: ObjectObservation) -> int:
-        """Stamp of the first frame in which the object was not where it lay."""
-        for sample in episode.samples.get(before.name, []):
-            if sample.place is None or _apart(sample.place, before.centroid) > _UNDER_WAY:
-                return sample.stamp
-        return episode.start
-
-    def _act(
+    def _demonstration(
         self,
-        episode: Episode,
+        episode: HandEpisode,
         before: ObjectObservation,
         after: ObjectObservation,
         now: TableObservation,
     ) -> Demonstration:
         assert before.state is not None, 'Only settled objects are compared.'
         assert after.state is not None, 'Only settled objects are compared.'
-        rise = rise_of(episode.samples.get(before.name, []), before, after)
+        rise = estimate_rise(episode.samples.get(before.name, []), before, after)
         c = self._config
         place = 1 / (1 + exp(min(50.0, -(rise - c.place_rise) / c.place_rise_scale)))
         return Demonstration(
@@ -180,71 +174,26 @@ class DemonstrationTracker:
         )
 
 
-def _moved(samples: list[Sample], before: ObjectObservation) -> bool:
-    """Whether an object was last seen elsewhere than where it lay."""
+def _moved_at(episode: HandEpisode, before: ObjectObservation) -> int:
+    """Stamp of the first frame in which the object was not where it lay."""
+    for sample in episode.samples.get(before.name, []):
+        if (
+            sample.place is None
+            or horizontal_distance(sample.place, before.centroid) > MOVED_DISTANCE
+        ):
+            return sample.stamp
+    return episode.start
+
+
+def _was_moved(samples: list[TrackSample], before: ObjectObservation) -> bool:
+    """Whether the object was last seen away from where it lay."""
     places = [s.place for s in samples if s.place is not None]
     if not places:
         return False
-    return not before.visible or _apart(places[-1], before.centroid) > _UNDER_WAY
+    return not before.visible or horizontal_distance(places[-1], before.centroid) > MOVED_DISTANCE
 
 
 def _reason(unsettled: ObjectObservation, now: TableObservation) -> UnresolvedReason:
     if now.arm_in_view:
         return UnresolvedReason.INTERRUPTED
     return UnresolvedReason.MOVING if unsettled.visible else UnresolvedReason.HIDDEN
-
-
-def rise_of(samples: list[Sample], before: ObjectObservation, after: ObjectObservation) -> float:
-    """Greatest height (m) the object gained on its way, or the hand that covered it.
-
-    Frames in which the object is seen under way speak first. When there are too few, the hand's
-    tip does, while it is away from both ends of the way: at the ends it comes down and goes up
-    again however the object is moved.
-    """
-    start = before.centroid
-    end = after.centroid if after.visible else None
-    seen = [
-        s.place[2] - start[2]
-        for s in samples
-        if s.place is not None
-        and _apart(s.place, start) > _UNDER_WAY
-        and (end is None or _apart(s.place, end) > _UNDER_WAY)
-    ]
-    lifted = [
-        s.place[2] - start[2]
-        for s in samples
-        if s.place is not None and _apart(s.place, start) <= _UNDER_WAY
-    ]
-    if len(seen) >= _SIGHTINGS:
-        return max(0.0, _robust_greatest(seen + lifted))
-    return max(0.0, _robust_greatest(seen + lifted), _hand_rise(samples, start, end))
-
-
-def _hand_rise(
-    samples: list[Sample],
-    start: tuple[float, float, float],
-    end: tuple[float, float, float] | None,
-) -> float:
-    """How much higher (m) than at its lowest the hand was while carrying out of sight."""
-    tips = [(s.tip, s.place) for s in samples if s.tip is not None]
-    if not tips:
-        return 0.0
-    lowest = min(tip.low for tip, _ in tips)
-    began = next((k for k, (tip, _) in enumerate(tips) if tip.low < lowest + 0.03), 0)
-    way = [
-        tip.low - lowest
-        for tip, place in tips[began:]
-        if place is None
-        and hypot(tip.x - start[0], tip.y - start[1]) > _CARRYING
-        and (end is None or hypot(tip.x - end[0], tip.y - end[1]) > _CARRYING)
-    ]
-    return _robust_greatest(way) if len(way) >= 3 else 0.0
-
-
-def _robust_greatest(values: list[float]) -> float:
-    """The greatest value but for one outlier in ten."""
-    return float(np.percentile(values, 90)) if values else 0.0
-
-
-def _apart(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
-    return hypot(a[0] - b[0], a[1] - b[1])

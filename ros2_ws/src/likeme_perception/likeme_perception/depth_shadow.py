@@ -1,8 +1,7 @@
-"""Things in a depth shadow: seen in colour where the sensor has no reading.
+"""Detection of known objects by colour in a depth shadow.
 
-Beside a hand or an arm, the light of a structured-light camera does not reach the table, so a
-thing that is half covered often has colour but no depth. Its place follows from where it must be:
-on the table.
+Beside a hand or an arm the projector of a structured-light camera does not reach the table, so a
+partly occluded object often has colour but no depth. It is assumed to lie on the table.
 """
 
 from __future__ import annotations
@@ -11,38 +10,38 @@ import cv2
 import numpy as np
 
 from likeme_perception.background import Background
+from likeme_perception.blobs import Blob, image_components, mask_of
+from likeme_perception.catalogue import Catalogue
 from likeme_perception.colour import UNKNOWN_LOG_DENSITY, colour_bins
-from likeme_perception.identification import Catalogue
 from likeme_perception.rgbd import RgbdFrame
-from likeme_perception.segmentation import Blob, image_components, mask_of
 
-# The catalogue must explain a colour better than "something unknown" by this log ratio.
-_CLEARLY = 1.5
-# Fewer pixels than this are no thing.
-_FEW = 15
+# Least log likelihood ratio of a catalogue object against an unknown colour.
+_LEAST_LOG_RATIO = 1.5
+# Least number of pixels of a detection.
+_LEAST_PIXELS = 15
 
 
-def shadowed_things(
+def detect_in_depth_shadow(
     frame: RgbdFrame, background: Background, catalogue: Catalogue, least_area: float
 ) -> list[Blob]:
-    """Blobs over the table that have a known thing's colour and no depth.
+    """Blobs over the table with the colour of a known object and no depth.
 
-    Their points are where the pixels' rays reach half that thing's height.
+    Their points lie where the pixels' rays reach half the height of that object.
     """
-    blind = np.flatnonzero(np.isnan(frame.depth) & background.table)
-    if len(blind) == 0 or not catalogue.objects:
+    no_depth = np.flatnonzero(np.isnan(frame.depth) & background.table)
+    if len(no_depth) == 0 or not catalogue.objects:
         return []
     view = background.view
-    bins = colour_bins(frame.rgb, blind)
-    clear = catalogue.best_log_density[bins] > UNKNOWN_LOG_DENSITY + _CLEARLY
-    blind, likeliest = blind[clear], catalogue.likeliest[bins[clear]]
+    bins = colour_bins(frame.rgb, no_depth)
+    clear = catalogue.best_log_density[bins] > UNKNOWN_LOG_DENSITY + _LEAST_LOG_RATIO
+    candidates, likeliest = no_depth[clear], catalogue.likeliest[bins[clear]]
     blobs = []
     for k, known in enumerate(catalogue.objects):
-        chosen = blind[likeliest == k]
-        if len(chosen) < _FEW:
+        chosen = candidates[likeliest == k]
+        if len(chosen) < _LEAST_PIXELS:
             continue
-        mine = mask_of(chosen, frame.depth.shape)
-        opened = cv2.morphologyEx(mine, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        mask = mask_of(chosen, frame.depth.shape)
+        opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         for pixels in image_components(np.asarray(opened, np.uint8)):
             z = (known.height / 2 - view.origin[2]) / view.slope.ravel()[pixels]
             area = float(view.pixel_area(z).sum())

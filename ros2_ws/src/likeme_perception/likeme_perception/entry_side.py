@@ -1,4 +1,4 @@
-"""Over which side of the table something reaches in: near, far, left or right of the robot."""
+"""Side of the table over which a hand or an arm enters: near, far, left or right."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from likeme_core.geometry import Rectangle
 
 ImageF = NDArray[np.float32]
 
-# What reaches this far (m) beyond the table's edge at table height is no thing that lies on it.
+# A blob that extends this far (m) beyond the table's edge, at its height, does not lie on it.
 _REACH = 0.06
-# Area (m^2) that must be seen beyond that.
+# Least area (m^2) visible beyond that distance.
 _REACH_AREA = 0.0003
 
 
-def sides_reached(
+def entry_sides(
     xyz: ImageF,
     area: ImageF,
     table: Rectangle,
     floor: float,
     sides: tuple[str, ...],
 ) -> frozenset[str]:
-    """Over which of some sides of the table points (3, N) reach in.
+    """Those of some sides of the table that points (3, N) extend over.
 
-    area: seen surface of each point, m^2. floor: points lower than this lie beside the table.
+    area: visible surface of each point, m^2. floor: points lower than this are ignored.
     """
     x, y, z = xyz
     beyond = {
@@ -40,7 +40,7 @@ def sides_reached(
 
 
 def nearest_side(xyz: ImageF, table: Rectangle, sides: tuple[str, ...]) -> str:
-    """Which of some sides of the table points (3, N) come closest to."""
+    """The one of some sides of the table that points (3, N) are closest to."""
     x, y, _ = xyz
     gap = {
         'near': float(x.min()) - table.x_min,

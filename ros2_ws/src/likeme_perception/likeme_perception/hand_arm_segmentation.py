@@ -1,8 +1,8 @@
-"""Hands and arms: what reaches in over the table's edge, told from the things it touches.
+"""Segmentation of the foreground into person's hand, robot's arm and objects.
 
-Depth finds them (something large that comes in from outside the table, or is too large for a
-thing), the side they come in over says whose they are, and colour, learned on line from what was
-seen of them, cuts the held thing from the hand.
+A hand or arm ("limb") is a blob that extends over the table's edge or is too large for an object.
+The side over which it enters decides whether it is a hand or an arm. Its colours, learned online,
+separate it from an object that it holds or covers.
 """
 
 from __future__ import annotations
@@ -13,14 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.background import Background
-from likeme_perception.colour import LogDensity
-from likeme_perception.config import PerceptionConfig
-from likeme_perception.entry_side import nearest_side, sides_reached
-from likeme_perception.hand_arm_colour import IntruderColour
-from likeme_perception.hand_completion import grown_by_colour, unlike_background
-from likeme_perception.hand_tip import HandTip, hand_tip
-from likeme_perception.rgbd import RgbdFrame
-from likeme_perception.segmentation import (
+from likeme_perception.blobs import (
     Blob,
     Index,
     blobs_of,
@@ -28,29 +21,36 @@ from likeme_perception.segmentation import (
     merged,
     rows_and_columns,
 )
+from likeme_perception.colour import LogDensity
+from likeme_perception.config import PerceptionConfig
+from likeme_perception.entry_side import entry_sides, nearest_side
+from likeme_perception.hand_arm_colour import HandArmColour
+from likeme_perception.hand_completion import complete_by_colour, differs_from_background
+from likeme_perception.hand_tip import HandTip, hand_tip
+from likeme_perception.rgbd import RgbdFrame
 
 ImageB = NDArray[np.uint8]
 ImageF = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Box = tuple[int, int, int, int]
 
-# A hand or an arm rises at least this high (m) somewhere, and a part of one that the image cuts
-# off shows at least so many pixels of its edge.
-_RISEN = 0.03
-_EDGE_PIXELS = 30
-# A hand that is busy beside the table, this near (m), has not left it.
-_BESIDE = 0.15
-# A loose piece of a hand or an arm lies within its box or this many pixels beside it.
-_LOOSE = 20
-# How far (m) beside the table things are looked for in the pixels of a hand or an arm.
-_SEARCHED = 0.25
+# Least height (m) of the highest point of a limb that is found by its size.
+_LEAST_HEIGHT = 0.03
+# Least number of pixels on the image border of a limb that the image cuts off.
+_BORDER_PIXELS = 30
+# A hand within this distance (m) of the table has not left it.
+_HAND_MARGIN = 0.15
+# Margin (pixels) of a limb's bounding box, within which separate parts of it are looked for.
+_BOX_MARGIN = 20
+# Distance (m) from the table up to which objects are looked for in the pixels of a limb.
+_SEARCH_MARGIN = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class Intruders:
-    """Pixels of hand and arm (flat indices), their area (m^2) over the table, and the rest.
+class HandArmSegmentation:
+    """Pixels of hand and arm (flat indices), their areas over the table (m^2), and the rest.
 
-    things: foreground that is neither hand nor arm.
+    tip: of the hand. objects: foreground blobs that are neither hand nor arm.
     """
 
     hand: Index
@@ -58,24 +58,24 @@ class Intruders:
     hand_area: float
     arm_area: float
     tip: HandTip | None
-    things: tuple[Blob, ...]
+    objects: tuple[Blob, ...]
 
 
-class IntruderSegmenter:
-    """Finds hands and arms frame by frame, learning their colours as they come in."""
+class HandArmSegmenter:
+    """Segments each frame and updates the colour models of hand and arm."""
 
     def __init__(self, config: PerceptionConfig, catalogue: LogDensity | None) -> None:
-        """catalogue: greatest log p(colour) of any known thing at each bin, None without any."""
+        """catalogue: greatest log p(colour) over the known objects at each bin; None without."""
         self._config = config
-        self._before = {'hand': np.zeros(0, np.intp), 'arm': np.zeros(0, np.intp)}
-        self._colours = {kind: IntruderColour(catalogue) for kind in self._before}
+        self._previous = {'hand': np.zeros(0, np.intp), 'arm': np.zeros(0, np.intp)}
+        self._colours = {kind: HandArmColour(catalogue) for kind in self._previous}
 
     def segment(
         self, frame: RgbdFrame, foreground: ImageB, background: Background, protected: ImageB
-    ) -> Intruders:
-        """Split the foreground into hand, arm and things.
+    ) -> HandArmSegmentation:
+        """Split the foreground into hand, arm and objects.
 
-        protected: pixels in which a resting thing was recognised unchanged, never hand or arm.
+        protected: pixels of objects at rest that have not changed; never hand or arm.
         """
         found: dict[str, list[Blob]] = {'hand': [], 'arm': []}
         rest: list[Blob] = []
@@ -84,23 +84,23 @@ class IntruderSegmenter:
             if kind is None:
                 rest.append(blob)
                 continue
-            thing = self._things_in(kind, blob, frame, background, protected)
-            if thing.any():
-                rest += blobs_of([blob.pixels[thing]], frame, background.view)
-                blob = blob.part(~thing)
+            held = self._object_pixels(kind, blob, frame, background, protected)
+            if held.any():
+                rest += blobs_of([blob.pixels[held]], frame, background.view)
+                blob = blob.part(~held)
             found[kind].append(blob)
         boxes = {kind: _box(found[kind], frame.depth.shape[1]) for kind in found}
-        things = [
+        objects = [
             blob for blob in rest if not self._joins(blob, found, boxes, frame.depth.shape[1])
         ]
-        return self._result(found, things, frame, background, foreground)
+        return self._result(found, objects, frame, background, foreground)
 
     def _kind(self, blob: Blob, frame: RgbdFrame, background: Background) -> str | None:
-        """'hand', 'arm' or, for a thing, None."""
+        """'hand', 'arm' or, for an object, None."""
         c, table = self._config, background.area
         sides = c.human_sides + c.robot_sides
         area = background.view.pixel_area(frame.depth.take(blob.pixels))
-        reached = sides_reached(blob.xyz, area, table, -c.fallen_depth, sides)
+        reached = entry_sides(blob.xyz, area, table, -c.fallen_depth, sides)
         if not reached and sides and self._too_large(blob, frame.depth.shape):
             reached = frozenset([nearest_side(blob.xyz, table, sides)])
         kinds = [
@@ -108,41 +108,41 @@ class IntruderSegmenter:
         ]
         if len(kinds) < 2:
             return kinds[0] if kinds else None
-        # Something spans the table: what it was in the frame before, it still is.
+        # It spans the table: it is what it overlaps most in the previous frame.
         overlap = {
-            k: np.isin(blob.pixels, self._before[k], assume_unique=True).sum() for k in kinds
+            k: np.isin(blob.pixels, self._previous[k], assume_unique=True).sum() for k in kinds
         }
         return max(kinds, key=lambda k: overlap[k])
 
     def _too_large(self, blob: Blob, shape: tuple[int, ...]) -> bool:
-        """Whether a blob is larger than any thing, or large and cut off by the image's edge."""
-        if blob.xyz[2].max() < _RISEN:
+        """Whether a blob is larger than any object, or large and cut off by the image border."""
+        if blob.xyz[2].max() < _LEAST_HEIGHT:
             return False
         c, size = self._config, blob.extent
         if size > c.max_object_length or not size > c.cut_off_length:
             return size > c.max_object_length
         rows, columns = rows_and_columns(blob.pixels, shape[1])
-        edge = (rows < 2) | (columns < 2) | (rows >= shape[0] - 2) | (columns >= shape[1] - 2)
-        return int(np.count_nonzero(edge)) > _EDGE_PIXELS
+        border = (rows < 2) | (columns < 2) | (rows >= shape[0] - 2) | (columns >= shape[1] - 2)
+        return int(np.count_nonzero(border)) > _BORDER_PIXELS
 
-    def _things_in(
+    def _object_pixels(
         self, kind: str, blob: Blob, frame: RgbdFrame, background: Background, protected: ImageB
     ) -> Mask:
-        """Which pixels of an intruder are those of things in front of, under or in it."""
-        thing = protected.take(blob.pixels) > 0
-        own = np.flatnonzero(~thing)[::3]
+        """Mask of the limb's pixels that belong to objects in front of it, under it or held."""
+        held = protected.take(blob.pixels) > 0
+        own = np.flatnonzero(~held)[::3]
         self._colours[kind].learn(
-            blob.bins[own[unlike_background(frame, background, blob.pixels[own])]]
+            blob.bins[own[differs_from_background(frame, background, blob.pixels[own])]]
         )
-        # Things are over the table or just beside it; the rest of a long arm need not be searched.
+        # Objects are over the table or just beside it: do not search the rest of a long arm.
         x, y, _ = blob.xyz
-        near = np.flatnonzero(background.area.contains(x, y, _SEARCHED))
+        near = np.flatnonzero(background.area.contains(x, y, _SEARCH_MARGIN))
         if len(near) == 0:
-            return np.zeros_like(thing)
-        thing[near] |= self._colours[kind].things_among(
+            return np.zeros_like(held)
+        held[near] |= self._colours[kind].object_pixels(
             blob.pixels[near], blob.bins[near], frame.depth.shape[1]
         )
-        return thing
+        return held
 
     def _joins(
         self,
@@ -151,7 +151,7 @@ class IntruderSegmenter:
         boxes: dict[str, Box | None],
         width: int,
     ) -> bool:
-        """Whether a loose piece is a finger or a link that something in front cut off."""
+        """Whether a blob is part of a limb, separated from it by an occlusion; if so, adds it."""
         for kind, box in boxes.items():
             near = box is not None and _near(blob.pixels, box, width)
             if near and self._colours[kind].explains(blob.bins):
@@ -162,42 +162,42 @@ class IntruderSegmenter:
     def _result(
         self,
         found: dict[str, list[Blob]],
-        things: list[Blob],
+        objects: list[Blob],
         frame: RgbdFrame,
         background: Background,
         foreground: ImageB,
-    ) -> Intruders:
+    ) -> HandArmSegmentation:
         hand, arm = merged(found['hand']), merged(found['arm'])
-        self._before = {'hand': hand.pixels, 'arm': arm.pixels}
+        self._previous = {'hand': hand.pixels, 'arm': arm.pixels}
         colour = self._colours['hand'].log_density
-        more = grown_by_colour(frame, background, hand.pixels, colour, foreground)
-        return Intruders(
+        more = complete_by_colour(frame, background, hand.pixels, colour, foreground)
+        return HandArmSegmentation(
             np.concatenate([hand.pixels, more]),
             arm.pixels,
-            _area_over_table(hand, frame.depth, background, _BESIDE),
+            _area_over_table(hand, frame.depth, background, _HAND_MARGIN),
             _area_over_table(arm, frame.depth, background),
             hand_tip(hand, background, self._config.human_sides),
-            tuple(things),
+            tuple(objects),
         )
 
 
 def _box(blobs: list[Blob], width: int) -> Box | None:
-    """First and last row and column of some blobs with a margin for loose pieces."""
+    """First and last row and column of some blobs, with a margin; None without pixels."""
     pixels = merged(blobs).pixels
-    # What reached in may have been cut away whole: all of it looked like the thing it holds.
+    # All pixels of a limb may have been assigned to the object it holds.
     if len(pixels) == 0:
         return None
     rows, columns = rows_and_columns(pixels, width)
     return (
-        int(rows.min()) - _LOOSE,
-        int(rows.max()) + _LOOSE,
-        int(columns.min()) - _LOOSE,
-        int(columns.max()) + _LOOSE,
+        int(rows.min()) - _BOX_MARGIN,
+        int(rows.max()) + _BOX_MARGIN,
+        int(columns.min()) - _BOX_MARGIN,
+        int(columns.max()) + _BOX_MARGIN,
     )
 
 
 def _near(pixels: Index, box: Box, width: int) -> bool:
-    """Whether the middle of some pixels lies within a box."""
+    """Whether the mean of some pixels lies within a box."""
     row, column = (float(v.mean()) for v in rows_and_columns(pixels, width))
     return box[0] < row < box[1] and box[2] < column < box[3]
 
@@ -205,7 +205,7 @@ def _near(pixels: Index, box: Box, width: int) -> bool:
 def _area_over_table(
     blob: Blob, depth: ImageF, background: Background, margin: float = 0.0
 ) -> float:
-    """Surface (m^2) of the pixels that hide table or hang over it or its margin (m)."""
+    """Surface (m^2) of a blob that hides the table or is above it or its margin (m)."""
     x, y, _ = blob.xyz
     over = background.area.contains(x, y, margin) | background.table.take(blob.pixels)
     return float(background.view.pixel_area(depth.take(blob.pixels[over])).sum())

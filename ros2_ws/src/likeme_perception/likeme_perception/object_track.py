@@ -1,4 +1,4 @@
-"""One object over time: where it is, whether it rests, and what may be said when unseen."""
+"""Track of one object: position, rest, and state while it is not visible."""
 
 from __future__ import annotations
 
@@ -8,60 +8,68 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_core.regions import Regions
+from likeme_core.stamps import nanoseconds
 from likeme_core.tabletop import State
-from likeme_perception.camera_view import TableView
+from likeme_perception.blobs import Blob, Index
+from likeme_perception.camera_view import CameraView
+from likeme_perception.catalogue import CatalogueObject
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import CatalogueObject
 from likeme_perception.observation import ObjectObservation
-from likeme_perception.occlusion_correction import with_hidden_part
+from likeme_perception.occlusion_correction import correct_occluded_shape
 from likeme_perception.rgbd import RgbdFrame, depth_sigma
-from likeme_perception.segmentation import Blob, Index, Shape
 from likeme_perception.state_probability import certain, state_probability
+from likeme_perception.top_view import Shape
 
 ImageF = NDArray[np.float32]
 
-SECOND = 1_000_000_000
+# Below this share of its usual area an object beside a limb counts as partly occluded.
+_WHOLE_FRACTION = 0.85
+# Step of the moving average of the usual area.
+_AREA_STEP = 0.05
 
 
-class Sighting(NamedTuple):
-    """An object found in a frame: pixels, points and colours, shape, p(identity)."""
+class ObjectDetection(NamedTuple):
+    """An object detected in a frame; identity: probability that it is that object.
+
+    beside_limb: a hand or an arm touches it in the image.
+    """
 
     blob: Blob
     shape: Shape
     identity: float
-    beside_intruder: bool
+    beside_limb: bool
 
 
-class Scene(NamedTuple):
-    """What else a frame shows.
+class FrameContext(NamedTuple):
+    """What a track needs to know of the rest of the frame.
 
-    hand, arm: in view. hiding: their mask, (H, W). parked: mask of what once reached in and has
-    not moved for so long that it is background, (H, W).
+    hand, arm: whether they are in view. limb_mask: their pixels, dilated, (H, W). absorbed_mask:
+    pixels of limbs that were absorbed into the background, (H, W).
     """
 
     hand: bool
     arm: bool
-    hiding: NDArray[np.uint8]
-    parked: NDArray[np.uint8]
-    view: TableView
+    limb_mask: NDArray[np.uint8]
+    absorbed_mask: NDArray[np.uint8]
+    view: CameraView
     regions: Regions
 
     @property
-    def intruder(self) -> bool:
-        """Whether anything in view could hide or hold an object."""
+    def limb_in_view(self) -> bool:
+        """Whether a hand or an arm is in view, which may hide or hold an object."""
         return self.hand or self.arm
 
-    def may_hide(self, place: tuple[float, float, float]) -> bool:
-        """Whether what is parked over the table covers a place, m."""
+    def hidden_by_absorbed(self, place: tuple[float, float, float]) -> bool:
+        """Whether an absorbed limb covers a point (m) in the image."""
         if not np.isfinite(place).all():
             return False
         column, row = (int(v) for v in np.rint(self.view.project(np.array([place]))[0]))
-        height, width = self.parked.shape
-        return 0 <= row < height and 0 <= column < width and bool(self.parked[row, column])
+        height, width = self.absorbed_mask.shape
+        return 0 <= row < height and 0 <= column < width and bool(self.absorbed_mask[row, column])
 
 
 class Template(NamedTuple):
-    """A resting object as it was last seen in full: pixels, depths (m) and shape."""
+    """An object at rest as it was last seen without occlusion: pixels, depths (m), shape."""
 
     pixels: Index
     depth: ImageF
@@ -70,7 +78,7 @@ class Template(NamedTuple):
 
 
 class ObjectTrack:
-    """Follows one object of the catalogue from frame to frame."""
+    """Tracks one object of the catalogue over successive frames."""
 
     def __init__(self, known: CatalogueObject, config: PerceptionConfig) -> None:
         self.known = known
@@ -84,7 +92,7 @@ class ObjectTrack:
         self.template: Template | None = None
 
     def unchanged(self, frame: RgbdFrame) -> Index:
-        """Pixels in which the resting object still is where it was, by its depths."""
+        """Pixels in which the object at rest has not changed its depth since the template."""
         if self.template is None:
             return np.zeros(0, np.intp)
         now = frame.depth.ravel()[self.template.pixels]
@@ -92,27 +100,27 @@ class ObjectTrack:
         return np.asarray(self.template.pixels[near])
 
     def update(
-        self, frame: RgbdFrame, sighting: Sighting | None, scene: Scene
+        self, frame: RgbdFrame, detection: ObjectDetection | None, context: FrameContext
     ) -> ObjectObservation:
-        """The object in this frame."""
-        fraction = 0.0 if sighting is None else min(1.0, sighting.blob.area / self._usual_area)
-        if sighting is not None and fraction >= self._config.visible_fraction:
-            self._last = self._seen(frame, sighting, fraction, scene)
+        """Process one frame; detection: None if the object was not detected."""
+        fraction = 0.0 if detection is None else min(1.0, detection.blob.area / self._usual_area)
+        if detection is not None and fraction >= self._config.visible_fraction:
+            self._last = self._seen(frame, detection, fraction, context)
         else:
-            self._last = self._unseen(frame.stamp, scene)
+            self._last = self._unseen(frame.stamp, context)
         return self._last
 
     def _seen(
-        self, frame: RgbdFrame, s: Sighting, fraction: float, scene: Scene
+        self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
     ) -> ObjectObservation:
         self._unseen_since = None
-        partial = scene.intruder and (fraction < 0.85 or s.beside_intruder)
+        partial = context.limb_in_view and (fraction < _WHOLE_FRACTION or s.beside_limb)
         shape, sigma = s.shape, self._config.centroid_sigma
         if partial:
-            shape, sigma = self._partly_seen(frame, s, fraction, scene)
+            shape, sigma = self._partly_seen(frame, s, fraction, context)
         resting = self._at_rest(frame.stamp, shape)
-        if not scene.intruder:
-            self._usual_area += 0.05 * (s.blob.area - self._usual_area)
+        if not context.limb_in_view:
+            self._usual_area += _AREA_STEP * (s.blob.area - self._usual_area)
         if resting and not partial:
             depth = frame.depth.ravel()[s.blob.pixels]
             self.template = Template(s.blob.pixels, depth, shape, s.identity)
@@ -120,8 +128,8 @@ class ObjectTrack:
         x, y, z = shape.centroid
         return ObjectObservation(
             name=self.known.name,
-            state=scene.regions.state_of(x, y, z),
-            state_probability=state_probability(scene.regions, (x, y, z), sigma),
+            state=context.regions.state_of(x, y, z),
+            state_probability=state_probability(context.regions, (x, y, z), sigma),
             visible=True,
             settled=resting and not partial,
             shape=shape,
@@ -131,14 +139,16 @@ class ObjectTrack:
         )
 
     def _partly_seen(
-        self, frame: RgbdFrame, s: Sighting, fraction: float, scene: Scene
+        self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
     ) -> tuple[Shape, float]:
-        """Shape of an object beside or under a hand or an arm, and its centroid's deviation, m."""
+        """Shape of a partly occluded object, and its centroid's standard deviation, m."""
         least, template = self._config.visible_fraction, self.template
         if template is not None and len(self.unchanged(frame)) >= least * len(template.pixels):
-            # It has not moved: what hides a part of it does not move its middle.
+            # It has not moved, so the centroid before the occlusion is still right.
             return template.shape, self._config.centroid_sigma
-        whole = with_hidden_part(s.shape, s.blob, self._usual_shape, scene.hiding, scene.view)
+        whole = correct_occluded_shape(
+            s.shape, s.blob, self._usual_shape, context.limb_mask, context.view
+        )
         return whole, self._config.centroid_sigma + (1 - fraction) * self.known.length / 6
 
     def _at_rest(self, stamp: int, shape: Shape) -> bool:
@@ -147,30 +157,30 @@ class ObjectTrack:
         anchor = self._anchor
         if anchor is None or np.hypot(x - anchor[0], y - anchor[1]) > self._config.rest_radius:
             self._anchor, self._rest_since, self.template = (x, y), stamp, None
-        return stamp - self._rest_since >= self._config.settle_time * SECOND
+        return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
 
-    def _unseen(self, stamp: int, scene: Scene) -> ObjectObservation:
-        """What may be said of an object that is not seen.
+    def _unseen(self, stamp: int, context: FrameContext) -> ObjectObservation:
+        """The object while it is not detected.
 
-        Seen last OFFTABLE: it still is. Else a hand or an arm in view may hide or hold it, or one
-        that is parked over its place: unknown. Without them it is OFFTABLE, once it has not been
-        seen for absence_time.
+        If it was OFFTABLE, it still is. Otherwise, if a hand or an arm is in view or an absorbed
+        one covers its place, it may be hidden or held: unknown. Otherwise it is OFFTABLE after
+        absence_time.
         """
         last = self._last
         self._anchor = None
         if self._unseen_since is None:
             self._unseen_since = stamp
-        hidden = scene.intruder or scene.may_hide(last.centroid)
+        hidden = context.limb_in_view or context.hidden_by_absorbed(last.centroid)
         if hidden and last.state is not State.OFFTABLE:
             self._unseen_since = stamp
-            return self._blind(last, None, False)
-        gone = stamp - self._unseen_since >= self._config.absence_time * SECOND
+            return self._not_visible(last, None, False)
+        gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
         if last.state is State.OFFTABLE or gone:
             self.template = None if gone else self.template
-            return self._blind(last, State.OFFTABLE, gone and not scene.intruder)
-        return self._blind(last, last.state, False)
+            return self._not_visible(last, State.OFFTABLE, gone and not context.limb_in_view)
+        return self._not_visible(last, last.state, False)
 
-    def _blind(
+    def _not_visible(
         self, last: ObjectObservation, state: State | None, settled: bool
     ) -> ObjectObservation:
         return ObjectObservation(

@@ -1,15 +1,15 @@
-"""An observation in words, and as JSON values."""
+"""Reports of an observation: as text and as JSON values."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from likeme_perception.observation import TableObservation
-from likeme_perception.segmentation import Shape
+from likeme_perception.top_view import Shape
 
 
-def described(table: TableObservation) -> dict[str, Any]:
-    """The observation as JSON values, lengths in m, angles in rad."""
+def json_report(table: TableObservation) -> dict[str, Any]:
+    """The observation as JSON values; lengths in m, angles in rad."""
     return {
         'hand_in_view': table.hand_in_view,
         'arm_in_view': table.arm_in_view,
@@ -41,8 +41,8 @@ def _shape_values(shape: Shape) -> dict[str, Any]:
     }
 
 
-def in_words(table: TableObservation) -> str:
-    """One line for each thing that was found."""
+def text_report(table: TableObservation) -> str:
+    """The observation as text, one line per object, hand and arm."""
     lines = [
         f'{o.name}: {o.state_name}' + ('' if o.visible else ' (not in view)')
         for o in table.objects

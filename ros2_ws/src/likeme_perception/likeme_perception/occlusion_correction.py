@@ -1,4 +1,4 @@
-"""Where the middle of an object is when a hand or an arm hides part of it."""
+"""Centroid of an object that is partly occluded by a hand or an arm."""
 
 from __future__ import annotations
 
@@ -8,17 +8,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.camera_view import TableView
-from likeme_perception.segmentation import Blob, Shape, rows_and_columns
+from likeme_perception.blobs import Blob, rows_and_columns
+from likeme_perception.camera_view import CameraView
+from likeme_perception.top_view import Shape
 
 ImageB = NDArray[np.uint8]
 
-# How far about the visible part the hidden part begins, pixels.
+# Neighbourhood (pixels) of the visible part in which an occluder touches it.
 _RIM = np.ones((9, 9), np.uint8)
 
 
-def hidden_direction(blob: Blob, hiding: ImageB, view: TableView) -> NDArray[np.float64] | None:
-    """Unit vector (x, y) from the visible part to what hides the rest, None without."""
+def occlusion_direction(
+    blob: Blob, hiding: ImageB, view: CameraView
+) -> NDArray[np.float64] | None:
+    """Unit vector (x, y) from the visible part to the occluder; None if none touches it."""
     height, width = hiding.shape
     rows, columns = rows_and_columns(blob.pixels, width)
     r0, r1 = max(int(rows.min()) - 5, 0), min(int(rows.max()) + 6, height)
@@ -34,15 +37,15 @@ def hidden_direction(blob: Blob, hiding: ImageB, view: TableView) -> NDArray[np.
     return towards / length if np.isfinite(length) and length > 1e-4 else None
 
 
-def with_hidden_part(
-    shape: Shape, blob: Blob, usual: Shape, hiding: ImageB, view: TableView
+def correct_occluded_shape(
+    shape: Shape, blob: Blob, usual: Shape, hiding: ImageB, view: CameraView
 ) -> Shape:
-    """The shape of a partly hidden object: usual axes, and its middle moved under what hides it.
+    """The usual extents, with the centroid moved towards the occluder.
 
-    Along the way to the hidden part the object is as long as it usually is, of which only some is
-    seen: c = c_visible + towards (usual - seen) / 2.
+    Along that direction only a part of the usual length is seen:
+    c = c_visible + direction (usual - seen) / 2.
     """
-    towards = hidden_direction(blob, hiding, view)
+    towards = occlusion_direction(blob, hiding, view)
     whole = replace(usual, centroid=shape.centroid, height=max(shape.height, usual.height))
     if towards is None:
         return whole

@@ -1,4 +1,4 @@
-"""Probabilities of the states of an object, by its centroid and the centroid's deviation."""
+"""Probabilities of an object's states from its centroid and the centroid's uncertainty."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ UNIFORM: Probability = (1 / 3, 1 / 3, 1 / 3)
 
 
 def regions_of(config: PerceptionConfig, table: Rectangle) -> Regions:
-    """The configured regions; without a work area the whole table counts."""
+    """The configured regions; without a work area, the whole table is it."""
     return Regions(config.work_area or table, config.blue_line_y, config.fallen_depth)
 
 
 def state_probability(
     regions: Regions, centroid: tuple[float, float, float], sigma: float
 ) -> Probability:
-    """p(LEFT), p(RIGHT), p(OFFTABLE) for a centroid (m) with deviation sigma (m) in x and y.
+    """p(LEFT), p(RIGHT), p(OFFTABLE) of a centroid (m) with Gaussian noise sigma (m) in x and y.
 
-    p(LEFT) = p(x inside) p(blue line < y < y_max), and so on; sums to 1.
+    p(LEFT) = p(x_min < x < x_max) p(blue_line_y < y < y_max), p(RIGHT) alike; they sum to 1.
     """
     x, y, z = centroid
     if z < -regions.fallen_depth:
@@ -38,7 +38,7 @@ def state_probability(
 
 
 def certain(state: State | None) -> Probability:
-    """The probability of a state that is known; uniform for one that is not."""
+    """1 for a known state; uniform if it is None."""
     if state is None:
         return UNIFORM
     left, right, off = (float(state is s) for s in State)

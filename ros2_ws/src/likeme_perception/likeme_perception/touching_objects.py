@@ -1,4 +1,4 @@
-"""Pieces of one thing put together, and things that touch taken apart, by colour and size."""
+"""Split and merge of blobs by colour and size: touching objects, and parts of one object."""
 
 from __future__ import annotations
 
@@ -6,17 +6,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.identification import Catalogue, identity_probability
-from likeme_perception.segmentation import Blob, Index, merged, rows_and_columns
+from likeme_perception.blobs import Blob, Index, merged, rows_and_columns
+from likeme_perception.catalogue import Catalogue
+from likeme_perception.identification import identity_probability
 
-# A blob with this much more surface than the thing it looks like may be two things.
+# A blob of this many times the area of its likeliest object may be two objects.
 _TOO_LARGE = 1.25
-# Least share of its usual area that a thing must have to be cut out of a blob.
-_SHARE = 0.35
+# Least share of an object's usual area for it to be split off.
+_LEAST_SHARE = 0.35
+# Greatest extent of merged parts, in lengths of the object.
+_GREATEST_EXTENT = 1.35
 
 
-def parts_by_colour(blob: Blob, width: int, catalogue: Catalogue) -> list[Blob]:
-    """Take a blob apart that is too large for one thing and has two things' colours.
+def split_by_colour(blob: Blob, width: int, catalogue: Catalogue) -> list[Blob]:
+    """Split a blob that is too large for one object and has the colours of several.
 
     width: of the image.
     """
@@ -28,14 +31,14 @@ def parts_by_colour(blob: Blob, width: int, catalogue: Catalogue) -> list[Blob]:
         return [blob]
     named = _majority(likeliest, blob.pixels, width, len(catalogue.objects))
     parts = [blob.part(named == k) for k in range(len(catalogue.objects))]
-    large = [k for k, p in enumerate(parts) if p.area > _SHARE * catalogue.objects[k].area]
+    large = [k for k, p in enumerate(parts) if p.area > _LEAST_SHARE * catalogue.objects[k].area]
     if len(large) < 2:
         return [blob]
     return [parts[k] for k in large]
 
 
 def _majority(label: NDArray[np.intp], pixels: Index, width: int, count: int) -> NDArray[np.intp]:
-    """The most frequent label within an 11x11 window about each pixel."""
+    """The most frequent label in an 11x11 window around each pixel."""
     rows, columns = rows_and_columns(pixels, width)
     rows, columns = rows - rows.min(), columns - columns.min()
     votes = np.zeros((count, int(rows.max()) + 1, int(columns.max()) + 1), np.float32)
@@ -44,8 +47,11 @@ def _majority(label: NDArray[np.intp], pixels: Index, width: int, count: int) ->
     return np.asarray(smooth[:, rows, columns].argmax(axis=0))
 
 
-def pieces_joined(blobs: list[Blob], catalogue: Catalogue) -> list[Blob]:
-    """Join blobs that look like one thing and lie within its length: an arm is in front."""
+def join_pieces(blobs: list[Blob], catalogue: Catalogue) -> list[Blob]:
+    """Merge blobs that are identified as one object and lie within its length.
+
+    An arm in front of an object leaves several visible parts of it.
+    """
     whole: dict[int, Blob] = {}
     rest: list[Blob] = []
     for blob in sorted(blobs, key=lambda b: -b.area):
@@ -57,7 +63,7 @@ def pieces_joined(blobs: list[Blob], catalogue: Catalogue) -> list[Blob]:
             whole[k] = blob
         else:
             both = merged([whole[k], blob])
-            if both.extent <= 1.35 * catalogue.objects[k].length:
+            if both.extent <= _GREATEST_EXTENT * catalogue.objects[k].length:
                 whole[k] = both
             else:
                 rest.append(blob)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from likeme_perception.camera_view import TableView
-from likeme_perception.colour import ColourPart
+from likeme_perception.camera_view import CameraView
+from likeme_perception.catalogue import Catalogue, CatalogueObject
+from likeme_perception.colour import ColourComponent
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import Catalogue, CatalogueObject
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
 
@@ -55,7 +55,7 @@ class Studio:
     def __post_init__(self) -> None:
         pose = self.config.camera_pose()
         assert pose is not None
-        self.view = TableView(self.intrinsics, pose)
+        self.view = CameraView(self.intrinsics, pose)
         self._rng = np.random.default_rng(7)
         self._directions = self.view.directions.astype(np.float64)
         self._origin = pose[:3, 3]
@@ -114,7 +114,7 @@ class Studio:
 
 def ball_entry(name: str, mean: tuple[float, float, float], radius: float) -> CatalogueObject:
     """A catalogue entry of a ball."""
-    part = ColourPart(1.0, mean, (8.0, 4.0, 6.0))
+    part = ColourComponent(1.0, mean, (8.0, 4.0, 6.0))
     return CatalogueObject(name, (part,), 2 * radius, 2 * radius, 2 * radius, np.pi * radius**2)
 
 

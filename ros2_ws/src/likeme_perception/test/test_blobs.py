@@ -6,15 +6,15 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from likeme_perception.colour import colour_bins
-from likeme_perception.hand_arm_colour import IntruderColour
-from likeme_perception.identification import Catalogue
-from likeme_perception.segmentation import (
+from likeme_perception.blobs import (
     blobs_of,
     image_components,
     merged,
     rows_and_columns,
 )
+from likeme_perception.catalogue import Catalogue
+from likeme_perception.colour import colour_bins
+from likeme_perception.hand_arm_colour import HandArmColour
 
 SKIN, YELLOW = (222, 170, 140), (235, 205, 30)
 
@@ -63,13 +63,13 @@ def test_a_thing_in_a_hand_is_told_by_its_colour(catalogue: Catalogue) -> None:
     rgb[10:30, 20:40] = YELLOW
     pixels = np.arange(rgb.shape[0] * rgb.shape[1])
     bins = colour_bins(rgb, pixels)
-    hand = IntruderColour(catalogue.best_log_density)
+    hand = HandArmColour(catalogue.best_log_density)
     hand.learn(bins)
-    thing = hand.things_among(pixels, bins, rgb.shape[1]).reshape(40, 60)
+    thing = hand.object_pixels(pixels, bins, rgb.shape[1]).reshape(40, 60)
     assert thing[13:27, 23:37].all()
     assert not thing[:7].any()
     assert not thing[:, :17].any()
-    assert not IntruderColour(None).things_among(pixels, bins, rgb.shape[1]).any()
+    assert not HandArmColour(None).object_pixels(pixels, bins, rgb.shape[1]).any()
 
 
 def test_a_loose_finger_is_the_hands_and_a_lemon_is_not(catalogue: Catalogue) -> None:
@@ -77,7 +77,7 @@ def test_a_loose_finger_is_the_hands_and_a_lemon_is_not(catalogue: Catalogue) ->
         colour_bins(np.full((1, 400, 3), colour, np.uint8), np.arange(400))
         for colour in (SKIN, YELLOW)
     )
-    hand = IntruderColour(catalogue.best_log_density)
+    hand = HandArmColour(catalogue.best_log_density)
     assert not hand.explains(finger)
     hand.learn(finger)
     assert hand.explains(finger)

@@ -17,8 +17,8 @@ from likeme_perception.observation import (
     UnresolvedAct,
     UnresolvedReason,
 )
-from likeme_perception.segmentation import Shape
 from likeme_perception.state_probability import certain
+from likeme_perception.top_view import Shape
 
 SECOND = 1_000_000_000
 LEFT, RIGHT, OFF = (0.44, 0.18, 0.03), (0.44, -0.18, 0.03), (0.44, 0.50, -0.17)

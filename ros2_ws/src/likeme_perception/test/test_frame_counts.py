@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from likeme_perception.frame_counts import FrameCounts, Rate, Throttle
+from likeme_perception.frame_counts import FrameCounts, FrameRate, Throttle
 
 
 def test_rates_are_since_the_last_question() -> None:
@@ -12,9 +12,9 @@ def test_rates_are_since_the_last_question() -> None:
     for _ in range(30):
         counts.read(work=0.010, latency=0.020)
     counts.drop('size', 'Too small.', now=10.5)
-    assert counts.rate(now=12.0) == Rate(15.0, 1)
-    assert counts.rate(now=13.0) == Rate(0.0, 0)
-    assert counts.judged == 31
+    assert counts.rate(now=12.0) == FrameRate(15.0, 1)
+    assert counts.rate(now=13.0) == FrameRate(0.0, 0)
+    assert counts.received == 31
 
 
 def test_drops_are_told_at_most_once_in_a_while() -> None:

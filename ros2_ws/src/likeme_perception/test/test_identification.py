@@ -6,21 +6,17 @@ import cv2
 import numpy as np
 import pytest
 
+from likeme_perception.catalogue import Catalogue, load_catalogue
 from likeme_perception.colour import (
     BINS,
-    OnlineColour,
+    ColourHistogram,
     bins_of_lab,
     colour_bins,
     mixture_log_density,
     mixture_of,
 )
-from likeme_perception.identification import (
-    Catalogue,
-    assign,
-    identity_probability,
-    load_catalogue,
-)
-from likeme_perception.segmentation import Shape
+from likeme_perception.identification import assign, identity_probability
+from likeme_perception.top_view import Shape
 
 
 def test_the_cells_toys_are_in_the_catalogue() -> None:
@@ -80,16 +76,16 @@ def test_a_mixture_is_learned_and_prefers_its_own_colours() -> None:
 
 
 def test_an_online_colour_learns_what_it_is_shown_and_forgets() -> None:
-    colour = OnlineColour(keep=0.5)
+    colour = ColourHistogram(keep=0.5)
     assert not colour.known
     skin = colour_bins(np.full((1, 400, 3), (222, 170, 140), np.uint8), np.arange(400))
     glove = colour_bins(np.full((1, 400, 3), (180, 20, 40), np.uint8), np.arange(400))
     for _ in range(3):
-        colour.show(skin)
+        colour.update(skin)
     assert colour.known
     assert colour.log_density[skin[0]] > colour.log_density[glove[0]] + 3
     for _ in range(12):
-        colour.show(glove)
+        colour.update(glove)
     assert colour.log_density[glove[0]] > colour.log_density[skin[0]] + 2
 
 

@@ -7,8 +7,8 @@ from dataclasses import fields
 import pytest
 
 from likeme_core.settings import defaults
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 from likeme_perception.node_settings import SETTINGS, read_settings
 
 DEFAULTS = defaults(SETTINGS)

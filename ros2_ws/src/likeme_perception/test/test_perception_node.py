@@ -102,7 +102,7 @@ class Rig:
 
     @property
     def judged(self) -> int:
-        return self.node.counts.judged
+        return self.node.counts.received
 
     def dropped(self) -> dict[str, int]:
         return dict(self.node.counts.drops)

@@ -8,12 +8,7 @@ import numpy as np
 import pytest
 
 from likeme_core.tabletop import State
-from likeme_perception.identification import (
-    Catalogue,
-    catalogue_entry,
-    catalogue_yaml,
-    load_catalogue,
-)
+from likeme_perception.catalogue import Catalogue, catalogue_entry, catalogue_yaml, load_catalogue
 
 
 def settle(perception, studio, *things, frames: int = 8):
@@ -166,7 +161,7 @@ def test_what_is_put_across_the_tables_edge_becomes_background(studio, catalogue
     perception = studio.perception(catalogue)
     assert settle(perception, studio, forearm(0.5, 0.1, 0.1), frames=3).hand_in_view
     assert not settle(perception, studio, forearm(0.5, 0.1, 0.1), frames=25).hand_in_view
-    assert perception.absorbed == 1
+    assert perception.absorbed_count == 1
 
 
 @pytest.fixture
@@ -185,7 +180,7 @@ def test_an_object_under_what_is_held_still_is_unknown_until_it_is_seen(
     resting = lemon(0.45, 0.15), pear(0.40, -0.2)
     settle(perception, soon_still, *resting)
     seen = settle(perception, soon_still, *resting, forearm(0.36, 0.19, 0.12), frames=30)
-    assert (perception.absorbed, seen.hand_in_view) == (1, False)
+    assert (perception.absorbed_count, seen.hand_in_view) == (1, False)
     assert seen.object('lemon').state is None
     assert not seen.settled
     leaving = settle(perception, soon_still, *resting, forearm(0.45, -0.02, 0.12), frames=3)
@@ -205,7 +200,7 @@ def test_the_table_recovers_where_something_was_held_still(
     settle(perception, soon_still, start)
     for limb in (forearm(0.38, 0.15, 0.1), robot_arm(0.45, 0.1, 0.08)):
         settle(perception, soon_still, start, limb, frames=25)
-    assert perception.absorbed == 2
+    assert perception.absorbed_count == 2
     settle(perception, soon_still, start, frames=3)
     assert (perception.background.nearest == before.nearest).all()
     assert (perception.background.table == before.table).all()

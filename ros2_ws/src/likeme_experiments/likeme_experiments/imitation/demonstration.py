@@ -16,8 +16,8 @@ from likeme_experiments.evaluation.forecast import Case
 from likeme_experiments.learning.observed_cell import Eyes
 from likeme_experiments.learning.trial_cell import BODY_SEED
 from likeme_perception.background import Background
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 
 #: Physics steps between frames while a person acts: 12 Hz, as in the shipped recordings.
 STEPS_PER_FRAME = 20

@@ -16,8 +16,8 @@ from likeme_arm_sim.scene import Scene
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_experiments.learning.observed_cell import Eyes
 from likeme_inference.experience.trial import COUNTED, Place, Trial, TrialKey
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 from likeme_perception.observation import ObjectObservation
 
 #: Of what stays the same in all trials: the sensor's flaws and the first look at the scene.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from likeme_perception.background import BackgroundLearner
-from likeme_perception.camera_view import TableView, levelled, pose_from_plane
+from likeme_perception.camera_view import CameraView, levelled, pose_from_plane
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoTableError
 from likeme_perception.plane import Plane, least_squares_plane, ransac_plane
@@ -56,7 +56,7 @@ def test_levelling_makes_the_seen_plane_the_table(studio) -> None:
 
 def test_a_pose_from_the_plane_alone_puts_the_origin_under_the_optical_axis(studio) -> None:
     plane = Plane(tuple(studio.view.pose[2, :3]), float(studio.view.pose[2, 3]))
-    view = TableView(studio.intrinsics, pose_from_plane(plane))
+    view = CameraView(studio.intrinsics, pose_from_plane(plane))
     centre = view.project(np.zeros((1, 3)))[0]
     np.testing.assert_allclose(centre, [159.5, 119.5], atol=1e-6)
     above = view.project(np.array([[0.1, 0.0, 0.0]]))[0]

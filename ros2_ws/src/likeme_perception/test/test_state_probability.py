@@ -1,4 +1,4 @@
-"""The centroid rule and its probabilities."""
+"""Probabilities of the states, and settings that are refused."""
 
 from __future__ import annotations
 
@@ -14,22 +14,6 @@ from likeme_perception.state_probability import certain, state_probability
 
 AREA = Rectangle(0.27, 0.61, -0.33, 0.33)
 REGIONS = Regions(AREA, 0.0)
-
-
-@pytest.mark.parametrize(
-    ('x', 'y', 'z', 'state'),
-    [
-        (0.4, 0.1, 0.03, State.LEFT),
-        (0.4, -0.1, 0.03, State.RIGHT),
-        (0.4, 0.0, 0.03, State.RIGHT),
-        (0.4, 0.34, 0.03, State.OFFTABLE),
-        (0.62, 0.1, 0.03, State.OFFTABLE),
-        (0.26, -0.1, 0.03, State.OFFTABLE),
-        (0.4, 0.1, -0.17, State.OFFTABLE),
-    ],
-)
-def test_the_centroid_rule(x: float, y: float, z: float, state: State) -> None:
-    assert REGIONS.state_of(x, y, z) is state
 
 
 @given(
