@@ -24,6 +24,7 @@ from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.learning.observed_cell import object_view
+from likeme_perception.blobs import mask_of
 from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.look import look_at, read_frame, read_intrinsics
@@ -254,7 +255,7 @@ def _hand_bars(folder: Path) -> list[report.Bar]:
         opened = cv2.morphologyEx(red.astype(np.uint8), cv2.MORPH_OPEN, np.ones((9, 9)))
         _, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
         glove = labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-        shares.append(float(table.masks(frame.depth.shape)['hand'][glove].mean()))
+        shares.append(float(mask_of(table.hand, frame.depth.shape)[glove].mean()))
     name = 'real gloved hand: share of the glove found, mean'
     return [report.Bar(name, float(np.mean(shares)), 0.9, '', None, len(shares), False)]
 

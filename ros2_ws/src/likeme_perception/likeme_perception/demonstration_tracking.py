@@ -66,11 +66,6 @@ class DemonstrationTracker:
         self._episode: HandEpisode | None = None
         self.unresolved: Counter[UnresolvedReason] = Counter()
 
-    @property
-    def in_episode(self) -> bool:
-        """Whether a hand has entered and its act is not complete."""
-        return self._episode is not None
-
     def update(self, now: TableObservation) -> CompletedActs:
         """Process one frame; the acts that it completes, in the order the objects moved."""
         if self._episode is None and now.hand_in_view:

@@ -74,7 +74,6 @@ class Template(NamedTuple):
     pixels: Index
     depth: ImageF
     shape: Shape
-    identity: float
 
 
 class ObjectTrack:
@@ -89,15 +88,15 @@ class ObjectTrack:
         self._anchor: tuple[float, float] | None = None
         self._rest_since = 0
         self._unseen_since: int | None = None
-        self.template: Template | None = None
+        self._template: Template | None = None
 
     def unchanged(self, frame: RgbdFrame) -> Index:
         """Pixels in which the object at rest has not changed its depth since the template."""
-        if self.template is None:
+        if self._template is None:
             return np.zeros(0, np.intp)
-        now = frame.depth.ravel()[self.template.pixels]
-        near = np.abs(now - self.template.depth) < 0.005 + 3 * depth_sigma(self.template.depth)
-        return np.asarray(self.template.pixels[near])
+        now = frame.depth.ravel()[self._template.pixels]
+        near = np.abs(now - self._template.depth) < 0.005 + 3 * depth_sigma(self._template.depth)
+        return np.asarray(self._template.pixels[near])
 
     def update(
         self, frame: RgbdFrame, detection: ObjectDetection | None, context: FrameContext
@@ -123,7 +122,7 @@ class ObjectTrack:
             self._usual_area += _AREA_STEP * (s.blob.area - self._usual_area)
         if resting and not partial:
             depth = frame.depth.ravel()[s.blob.pixels]
-            self.template = Template(s.blob.pixels, depth, shape, s.identity)
+            self._template = Template(s.blob.pixels, depth, shape)
             self._usual_shape = shape
         x, y, z = shape.centroid
         return ObjectObservation(
@@ -142,7 +141,7 @@ class ObjectTrack:
         self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
     ) -> tuple[Shape, float]:
         """Shape of a partly occluded object, and its centroid's standard deviation, m."""
-        least, template = self._config.visible_fraction, self.template
+        least, template = self._config.visible_fraction, self._template
         if template is not None and len(self.unchanged(frame)) >= least * len(template.pixels):
             # It has not moved, so the centroid before the occlusion is still right.
             return template.shape, self._config.centroid_sigma
@@ -156,7 +155,7 @@ class ObjectTrack:
         x, y, _ = shape.centroid
         anchor = self._anchor
         if anchor is None or np.hypot(x - anchor[0], y - anchor[1]) > self._config.rest_radius:
-            self._anchor, self._rest_since, self.template = (x, y), stamp, None
+            self._anchor, self._rest_since, self._template = (x, y), stamp, None
         return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
 
     def _unseen(self, stamp: int, context: FrameContext) -> ObjectObservation:
@@ -173,23 +172,21 @@ class ObjectTrack:
         hidden = context.limb_in_view or context.hidden_by_absorbed(last.centroid)
         if hidden and last.state is not State.OFFTABLE:
             self._unseen_since = stamp
-            return self._not_visible(last, None, False)
+            return _not_visible(last, None, False)
         gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
         if last.state is State.OFFTABLE or gone:
-            self.template = None if gone else self.template
-            return self._not_visible(last, State.OFFTABLE, gone and not context.limb_in_view)
-        return self._not_visible(last, last.state, False)
+            self._template = None if gone else self._template
+            return _not_visible(last, State.OFFTABLE, gone and not context.limb_in_view)
+        return _not_visible(last, last.state, False)
 
-    def _not_visible(
-        self, last: ObjectObservation, state: State | None, settled: bool
-    ) -> ObjectObservation:
-        return ObjectObservation(
-            last.name,
-            state,
-            certain(state),
-            False,
-            settled,
-            last.shape,
-            0.0,
-            last.last_seen,
-        )
+
+def _not_visible(last: ObjectObservation, state: State | None, settled: bool) -> ObjectObservation:
+    return ObjectObservation(
+        last.name,
+        state,
+        certain(state),
+        visible=False,
+        settled=settled,
+        shape=last.shape,
+        last_seen=last.last_seen,
+    )

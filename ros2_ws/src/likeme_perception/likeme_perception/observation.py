@@ -8,7 +8,6 @@ from math import nan
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import State
@@ -103,13 +102,3 @@ class TableObservation:
             if found.name == name:
                 return found
         raise ValueError(f'Expected one of {[o.name for o in self.objects]}, got {name!r}.')
-
-    def masks(self, shape: tuple[int, int]) -> dict[str, NDArray[np.bool_]]:
-        """Image masks (H, W) of 'hand', 'arm' and every visible object by name."""
-        named = {'hand': self.hand, 'arm': self.arm} | {o.name: o.pixels for o in self.objects}
-        result = {}
-        for name, pixels in named.items():
-            mask = np.zeros(shape[0] * shape[1], bool)
-            mask[pixels] = True
-            result[name] = mask.reshape(shape)
-        return result

@@ -171,15 +171,15 @@ class TabletopPerception:
         """Detections by catalogue index, and unknown objects."""
         camera = cast(Background, self.background).view.origin
         seen = [_detection(blob, limb_mask, camera) for blob in blobs]
-        matches: dict[int, Assignment] = {}
+        assigned: dict[int, Assignment] = {}
         if seen and self.catalogue.objects:
             table = np.stack([self._probability(s) for s in seen])
-            matches = assign(table, self.config.min_identity)
+            assigned = assign(table, self.config.min_identity)
         named = {
             k: seen[match.blob]._replace(identity=match.probability)
-            for k, match in matches.items()
+            for k, match in assigned.items()
         }
-        taken = {match.blob for match in matches.values()}
+        taken = {match.blob for match in assigned.values()}
         rest = [s for b, s in enumerate(seen) if b not in taken]
         return named, tuple((s.blob.pixels, s.shape) for s in rest if self._is_unknown_object(s))
 

@@ -1,4 +1,4 @@
-"""A small studio for synthetic frames: a table, a floor, balls, boxes and forearms, ray-cast."""
+"""Ray-cast synthetic frames of a table with balls and forearms."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Limb:
 
 
 @dataclass
-class Studio:
-    """Draws frames of a table for the cell's camera at a quarter of its pixels."""
+class FrameRenderer:
+    """Renders frames of a table for the cell's camera at a quarter of its pixels."""
 
     intrinsics: Intrinsics = field(
         default_factory=lambda: Intrinsics(262.5, 262.5, 159.5, 119.5, 320, 240)
@@ -119,9 +119,9 @@ def ball_entry(name: str, mean: tuple[float, float, float], radius: float) -> Ca
 
 
 @pytest.fixture
-def studio() -> Studio:
+def renderer() -> FrameRenderer:
     """An empty table under the cell's camera."""
-    return Studio()
+    return FrameRenderer()
 
 
 @pytest.fixture
@@ -137,7 +137,7 @@ def catalogue() -> Catalogue:
 
 @pytest.fixture
 def lemon() -> type[Ball]:
-    """Makes a yellow ball that lies at (x, y)."""
+    """Factory of a yellow ball that lies at (x, y)."""
 
     def make(x: float, y: float, z: float = 0.03) -> Ball:
         return Ball((x, y, z), 0.03, YELLOW)
@@ -147,7 +147,7 @@ def lemon() -> type[Ball]:
 
 @pytest.fixture
 def pear() -> type[Ball]:
-    """Makes a green ball that lies at (x, y)."""
+    """Factory of a green ball that lies at (x, y)."""
 
     def make(x: float, y: float, z: float = 0.03) -> Ball:
         return Ball((x, y, z), 0.03, GREEN)
@@ -157,7 +157,7 @@ def pear() -> type[Ball]:
 
 @pytest.fixture
 def forearm() -> type[Limb]:
-    """Makes a forearm that reaches in from the far side to (x, y, z)."""
+    """Factory of a forearm from the far side to (x, y, z)."""
 
     def make(x: float, y: float, z: float) -> Limb:
         return Limb((x, y, z), (1.1, y, z + 0.25))
@@ -167,7 +167,7 @@ def forearm() -> type[Limb]:
 
 @pytest.fixture
 def robot_arm() -> type[Limb]:
-    """Makes an arm that reaches in from the robot's side to (x, y, z)."""
+    """Factory of an arm from the robot's side to (x, y, z)."""
 
     def make(x: float, y: float, z: float) -> Limb:
         return Limb((x, y, z), (0.0, 0.0, 0.30), colour=(230, 230, 235))

@@ -1,4 +1,4 @@
-"""Demonstrations out of scripted observations."""
+"""Demonstrations from scripted observations."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def covered(name: str) -> ObjectObservation:
 
 
 def gone(name: str) -> ObjectObservation:
-    """An object that is nowhere to be seen."""
+    """An object that is not visible."""
     return ObjectObservation(name, State.OFFTABLE, certain(State.OFFTABLE), False, True)
 
 
 class Script:
-    """Feeds a tracker at 10 Hz and keeps what it finds."""
+    """Feeds a tracker at 10 Hz and stores the acts."""
 
     def __init__(self) -> None:
         self.tracker = DemonstrationTracker(PerceptionConfig())
@@ -85,26 +85,26 @@ def script() -> Script:
 
 
 def pear() -> ObjectObservation:
-    """The bystander."""
+    """An object that is not moved."""
     return seen('pear', LEFT)
 
 
 def changes(script: Script) -> list[tuple[str, State, State]]:
-    """What was found, without its numbers."""
+    """Object, x_i and x_f of the demonstrations."""
     return [(a.object, a.x_i, a.x_f) for a in script.acts]
 
 
-def not_understood(script: Script) -> list[tuple[str | None, UnresolvedReason]]:
-    """Acts that gave no demonstration."""
+def unresolved(script: Script) -> list[tuple[str | None, UnresolvedReason]]:
+    """Object and reason of the unresolved acts."""
     return [(u.object, u.reason) for u in script.unresolved]
 
 
 def rolling(state: State) -> ObjectObservation:
-    """The chicken on its way, not at rest."""
+    """The chicken, moving."""
     return seen('chicken', HALFWAY if state is State.LEFT else (0.44, -0.05, 0.03), settled=False)
 
 
-def test_a_place_is_seen_in_the_hand(script: Script) -> None:
+def test_place_with_the_object_visible_in_the_hand(script: Script) -> None:
     start = script.stamp
     script.show(seen('chicken', RIGHT), pear(), hand=True)
     script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
@@ -120,7 +120,7 @@ def test_a_place_is_seen_in_the_hand(script: Script) -> None:
     assert act.end == left + SECOND // 10
 
 
-def test_a_place_inside_the_fist_is_seen_by_the_hands_height(script: Script) -> None:
+def test_place_with_the_object_hidden_by_the_hand(script: Script) -> None:
     script.show(seen('chicken', RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.18, 0.20))
     for y, low in (
         (-0.18, 0.04),
@@ -137,7 +137,7 @@ def test_a_place_inside_the_fist_is_seen_by_the_hands_height(script: Script) -> 
     assert script.acts[0].manner is Manner.PLACE
 
 
-def test_a_push_is_seen_sliding(script: Script) -> None:
+def test_push_with_the_object_visible(script: Script) -> None:
     script.show(seen('chicken', RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.25, 0.2))
     script.show(seen('chicken', HALFWAY, settled=False), pear(), hand=True)
     script.show(
@@ -148,7 +148,7 @@ def test_a_push_is_seen_sliding(script: Script) -> None:
     assert script.acts[0].manner_probability > 0.9
 
 
-def test_a_push_under_a_covering_hand_stays_low(script: Script) -> None:
+def test_push_with_the_object_hidden_by_the_hand(script: Script) -> None:
     script.show(seen('chicken', RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.18, 0.20))
     for y in (-0.18, -0.1, 0.0, 0.1, 0.18):
         tip = HandTip(0.44, y, 0.05)
@@ -158,7 +158,7 @@ def test_a_push_under_a_covering_hand_stays_low(script: Script) -> None:
     assert script.acts[0].manner is Manner.PUSH
 
 
-def test_put_back_where_it_was_is_no_demonstration(script: Script) -> None:
+def test_an_object_put_back_in_its_state_is_no_demonstration(script: Script) -> None:
     script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
     script.show(seen('chicken', (0.40, -0.1, 0.03)), pear(), seconds=1)
     assert script.acts == []
@@ -168,10 +168,10 @@ def test_a_hand_that_passes_through_is_no_demonstration(script: Script) -> None:
     script.show(covered('chicken'), covered('pear'), hand=True)
     script.show(seen('chicken', RIGHT), pear(), seconds=1)
     assert script.acts == []
-    assert not script.tracker.in_episode
+    assert unresolved(script) == []
 
 
-def test_a_dropped_object_counts_where_it_comes_to_rest(script: Script) -> None:
+def test_a_dropped_object_is_reported_where_it_comes_to_rest(script: Script) -> None:
     script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
     script.show(seen('chicken', (0.44, 0.02, 0.10), settled=False), pear(), seconds=0.2)
     script.show(seen('chicken', (0.44, -0.02, 0.03), settled=False), pear(), seconds=0.4)
@@ -209,20 +209,20 @@ def test_two_objects_are_two_acts_in_the_order_they_moved(script: Script) -> Non
     ]
 
 
-def test_the_robots_own_acts_are_none(script: Script) -> None:
+def test_acts_of_the_robot_are_no_demonstrations(script: Script) -> None:
     script.show(covered('chicken'), pear(), arm=True)
     script.show(seen('chicken', LEFT), pear(), seconds=1)
     assert script.acts == []
 
 
-def test_hand_and_arm_at_once_are_nobodys_act(script: Script) -> None:
+def test_hand_and_arm_in_view_together_are_an_unresolved_act(script: Script) -> None:
     script.show(covered('chicken'), pear(), hand=True, arm=True)
     script.show(seen('chicken', LEFT), pear(), seconds=1)
     assert script.acts == []
-    assert not_understood(script) == [(None, UnresolvedReason.HAND_AND_ARM)]
+    assert unresolved(script) == [(None, UnresolvedReason.HAND_AND_ARM)]
 
 
-def test_a_table_set_up_anew_is_none_and_the_next_act_starts_from_it(script: Script) -> None:
+def test_a_reset_of_the_table_is_no_demonstration(script: Script) -> None:
     script.show(seen('chicken', LEFT), pear(), seconds=1)
     assert script.acts == []
     script.show(covered('chicken'), pear(), hand=True)
@@ -230,7 +230,7 @@ def test_a_table_set_up_anew_is_none_and_the_next_act_starts_from_it(script: Scr
     assert changes(script) == [('chicken', State.LEFT, State.RIGHT)]
 
 
-def test_a_hand_that_comes_back_before_all_rests_goes_on_with_the_same_act(script: Script) -> None:
+def test_a_hand_that_returns_before_all_is_at_rest_continues_its_act(script: Script) -> None:
     script.show(seen('chicken', HALFWAY, settled=False), pear(), hand=True)
     script.show(seen('chicken', HALFWAY, settled=False), pear(), seconds=0.2)
     script.show(seen('chicken', LEFT, settled=False), pear(), hand=True)
@@ -238,16 +238,16 @@ def test_a_hand_that_comes_back_before_all_rests_goes_on_with_the_same_act(scrip
     assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
 
 
-def test_what_never_rests_does_not_hold_up_the_rest(script: Script) -> None:
+def test_an_object_that_never_settles_does_not_block_the_others(script: Script) -> None:
     script.show(covered('chicken'), pear(), hand=True)
     script.show(seen('chicken', LEFT), replace(pear(), settled=False), seconds=4.5)
     assert script.acts == []
     script.show(seen('chicken', LEFT), replace(pear(), settled=False), seconds=1)
     assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
-    assert not_understood(script) == []
+    assert unresolved(script) == []
 
 
-def test_probabilities_travel_with_the_act(script: Script) -> None:
+def test_an_act_has_the_state_probabilities_of_its_observations(script: Script) -> None:
     unsure = replace(seen('chicken', LEFT), state_probability=(0.7, 0.2, 0.1))
     script.show(covered('chicken'), pear(), hand=True)
     script.show(unsure, pear(), seconds=1)
@@ -255,28 +255,28 @@ def test_probabilities_travel_with_the_act(script: Script) -> None:
     assert script.acts[0].x_i_probability == (0.0, 1.0, 0.0)
 
 
-def test_an_object_that_moves_beyond_the_timeout_is_counted_as_not_understood(
+def test_an_object_still_moving_at_the_timeout_is_an_unresolved_act(
     script: Script,
 ) -> None:
     script.show(rolling(State.LEFT), pear(), hand=True)
     script.show(rolling(State.LEFT), pear(), seconds=4.8)
-    assert not_understood(script) == []
+    assert unresolved(script) == []
     script.show(rolling(State.LEFT), pear(), seconds=1)
     assert script.acts == []
-    assert not_understood(script) == [('chicken', UnresolvedReason.MOVING)]
+    assert unresolved(script) == [('chicken', UnresolvedReason.MOVING)]
     assert script.tracker.unresolved == {UnresolvedReason.MOVING: 1}
 
 
-def test_where_it_comes_to_rest_later_is_not_the_next_act(script: Script) -> None:
+def test_a_later_rest_is_not_attributed_to_the_next_act(script: Script) -> None:
     script.show(rolling(State.LEFT), pear(), hand=True)
     script.show(rolling(State.LEFT), pear(), seconds=6)
     script.show(rolling(State.LEFT), covered('pear'), hand=True)
     script.show(seen('chicken', LEFT), pear(), seconds=1)
     assert script.acts == []
-    assert not_understood(script) == [('chicken', UnresolvedReason.MOVING)]
+    assert unresolved(script) == [('chicken', UnresolvedReason.MOVING)]
 
 
-def test_an_act_after_it_came_to_rest_starts_there(script: Script) -> None:
+def test_an_act_after_a_later_rest_starts_from_there(script: Script) -> None:
     script.show(rolling(State.LEFT), pear(), hand=True)
     script.show(rolling(State.LEFT), pear(), seconds=6)
     script.show(seen('chicken', LEFT), pear(), seconds=1)
@@ -285,15 +285,15 @@ def test_an_act_after_it_came_to_rest_starts_there(script: Script) -> None:
     assert changes(script) == [('chicken', State.LEFT, State.RIGHT)]
 
 
-def test_an_object_from_beside_the_table_that_never_rests_is_counted(script: Script) -> None:
+def test_an_object_brought_to_the_table_that_never_settles_is_unresolved(script: Script) -> None:
     script.show(gone('chicken'), pear(), seconds=1)
     script.show(rolling(State.RIGHT), pear(), hand=True)
     script.show(rolling(State.RIGHT), pear(), seconds=6)
     assert script.acts == []
-    assert not_understood(script) == [('chicken', UnresolvedReason.MOVING)]
+    assert unresolved(script) == [('chicken', UnresolvedReason.MOVING)]
 
 
-def test_a_robot_that_covers_what_still_moves_leaves_the_act_not_understood(
+def test_an_act_interrupted_by_the_arm_is_unresolved(
     script: Script,
 ) -> None:
     script.show(rolling(State.LEFT), pear(), hand=True)
@@ -301,15 +301,15 @@ def test_a_robot_that_covers_what_still_moves_leaves_the_act_not_understood(
     script.show(covered('chicken'), pear(), arm=True)
     script.show(seen('chicken', LEFT), pear(), seconds=1)
     assert script.acts == []
-    assert not_understood(script) == [('chicken', UnresolvedReason.INTERRUPTED)]
+    assert unresolved(script) == [('chicken', UnresolvedReason.INTERRUPTED)]
 
 
-def test_what_the_robot_covers_and_nobody_moved_is_no_act(script: Script) -> None:
+def test_an_object_hidden_by_the_arm_and_not_moved_is_no_act(script: Script) -> None:
     script.show(covered('chicken'), pear(), hand=True)
     script.show(covered('chicken'), pear(), arm=True)
     script.show(seen('chicken', RIGHT), pear(), seconds=1)
     assert script.acts == []
-    assert not_understood(script) == []
+    assert unresolved(script) == []
     script.show(covered('chicken'), pear(), hand=True)
     script.show(seen('chicken', LEFT), pear(), seconds=1)
     assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]

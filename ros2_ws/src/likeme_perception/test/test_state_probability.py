@@ -30,14 +30,16 @@ def test_probabilities_sum_to_one(x: float, y: float, z: float, sigma: float, li
 
 
 @given(st.floats(0.28, 0.6), st.floats(-0.32, 0.32))
-def test_with_a_sharp_centroid_the_likeliest_state_is_the_ruled_one(x: float, y: float) -> None:
+def test_with_a_precise_centroid_the_likeliest_state_follows_the_centroid_rule(
+    x: float, y: float
+) -> None:
     if abs(y) < 1e-3:
         return
     p = state_probability(REGIONS, (x, y, 0.0), 1e-4)
     assert p[REGIONS.state_of(x, y)] == max(p)
 
 
-def test_on_the_line_both_halves_are_as_likely() -> None:
+def test_on_the_blue_line_left_and_right_are_equally_likely() -> None:
     left, right, off = state_probability(REGIONS, (0.44, 0.0, 0.0), 0.005)
     assert left == pytest.approx(right)
     assert off < 1e-6
@@ -48,7 +50,7 @@ def test_unknown_is_uniform_and_known_is_certain() -> None:
     assert certain(State.RIGHT) == (0.0, 1.0, 0.0)
 
 
-def test_settings_that_make_no_sense_are_refused() -> None:
+def test_invalid_settings_are_refused() -> None:
     with pytest.raises(ValueError, match='x_min < x_max'):
         config_from({'work_area': [0.6, 0.3, -0.3, 0.3]})
     with pytest.raises(ValueError, match='work_area as 4 numbers, got 3'):

@@ -1,4 +1,4 @@
-"""Finding the table, and from there to places on it."""
+"""Table plane, camera pose and background."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from likeme_perception.background import BackgroundLearner
 from likeme_perception.camera_view import CameraView, levelled, pose_from_plane
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoTableError
+from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.plane import Plane, least_squares_plane, ransac_plane
 from likeme_perception.rgbd import RgbdFrame
 
 
 def tilted(rng: np.random.Generator, count: int) -> np.ndarray:
-    """Points of a plane 0.9 m before the camera, leaning by 30 degrees, with 2 mm noise."""
+    """Points of a plane 0.9 m from the camera, tilted by 30 degrees, with 2 mm noise."""
     xy = rng.uniform(-0.4, 0.4, (count, 2))
     z = 0.9 - np.tan(np.radians(30)) * xy[:, 1] + rng.normal(0, 0.002, count)
     return np.column_stack([xy, z])
@@ -44,8 +45,8 @@ def test_too_few_points_are_refused() -> None:
         ransac_plane(np.zeros((5, 3)), np.random.default_rng(0))
 
 
-def test_levelling_makes_the_seen_plane_the_table(studio) -> None:
-    pose = studio.view.pose
+def test_levelling_makes_the_measured_plane_the_table(renderer) -> None:
+    pose = renderer.view.pose
     wrong = pose.copy()
     wrong[2, 3] += 0.02
     normal = pose[2, :3]
@@ -54,62 +55,60 @@ def test_levelling_makes_the_seen_plane_the_table(studio) -> None:
     assert level[2, 3] == pytest.approx(pose[2, 3])
 
 
-def test_a_pose_from_the_plane_alone_puts_the_origin_under_the_optical_axis(studio) -> None:
-    plane = Plane(tuple(studio.view.pose[2, :3]), float(studio.view.pose[2, 3]))
-    view = CameraView(studio.intrinsics, pose_from_plane(plane))
+def test_a_pose_from_the_plane_alone_puts_the_origin_under_the_optical_axis(renderer) -> None:
+    plane = Plane(tuple(renderer.view.pose[2, :3]), float(renderer.view.pose[2, 3]))
+    view = CameraView(renderer.intrinsics, pose_from_plane(plane))
     centre = view.project(np.zeros((1, 3)))[0]
     np.testing.assert_allclose(centre, [159.5, 119.5], atol=1e-6)
     above = view.project(np.array([[0.1, 0.0, 0.0]]))[0]
     assert above[1] < centre[1]
 
 
-def test_pixels_and_points_are_inverse(studio) -> None:
-    view = studio.view
+def test_pixels_and_points_are_inverse(renderer) -> None:
+    view = renderer.view
     depth = np.float32([0.9, 1.0])
     points = view.points(np.array([100 * 320 + 40, 150 * 320 + 200]), depth)
     np.testing.assert_allclose(view.project(points), [[40, 100], [200, 150]], atol=1e-3)
 
 
-def test_background_is_learned_with_things_on_the_table(studio, lemon) -> None:
-    learner = BackgroundLearner(studio.config, studio.intrinsics)
-    found = [learner.add(studio.frame(lemon(0.45, 0.1))) for _ in range(5)]
+def test_background_is_learned_with_things_on_the_table(renderer, lemon) -> None:
+    learner = BackgroundLearner(renderer.config, renderer.intrinsics)
+    found = [learner.add(renderer.frame(lemon(0.45, 0.1))) for _ in range(5)]
     assert found[:4] == [None] * 4
     background = found[4]
     assert background is not None
-    assert background.foreground(studio.frame()).sum() < 10
-    assert background.foreground(studio.frame(lemon(0.45, 0.1))).sum() > 100
+    assert background.foreground(renderer.frame()).sum() < 10
+    assert background.foreground(renderer.frame(lemon(0.45, 0.1))).sum() > 100
 
 
-def test_background_waits_until_nothing_moves(studio, forearm) -> None:
-    learner = BackgroundLearner(studio.config, studio.intrinsics)
-    moving = [learner.add(studio.frame(forearm(0.4, -0.3 + 0.12 * k, 0.1))) for k in range(5)]
+def test_learning_restarts_until_nothing_moves(renderer, forearm) -> None:
+    learner = BackgroundLearner(renderer.config, renderer.intrinsics)
+    moving = [learner.add(renderer.frame(forearm(0.4, -0.3 + 0.12 * k, 0.1))) for k in range(5)]
     assert moving[-1] is None
     assert learner.restarts == 1
-    still = [learner.add(studio.frame()) for _ in range(5)]
+    still = [learner.add(renderer.frame()) for _ in range(5)]
     assert still[-1] is not None
 
 
-def test_a_camera_pose_that_does_not_see_the_table_is_refused(studio) -> None:
+def test_a_camera_pose_that_does_not_see_the_table_is_refused(renderer) -> None:
     config = PerceptionConfig(background_frames=1, camera_position=(0.05, 0.38, 1.4))
     with pytest.raises(ValueError, match='is the camera pose right'):
-        BackgroundLearner(config, studio.intrinsics).add(studio.frame())
+        BackgroundLearner(config, renderer.intrinsics).add(renderer.frame())
 
 
-def test_a_table_that_comes_late_is_learned_all_the_same(studio) -> None:
-    learner = BackgroundLearner(studio.config, studio.intrinsics)
-    wall = np.full(studio.intrinsics.shape, 0.5, np.float32)
-    frames = [replace(studio.frame(), depth=wall) for _ in range(5)]
+def test_a_table_that_appears_later_is_learned(renderer) -> None:
+    learner = BackgroundLearner(renderer.config, renderer.intrinsics)
+    wall = np.full(renderer.intrinsics.shape, 0.5, np.float32)
+    frames = [replace(renderer.frame(), depth=wall) for _ in range(5)]
     assert [learner.add(frame) for frame in frames[:4]] == [None] * 4
     with pytest.raises(NoTableError, match='Expected the table at z = 0'):
         learner.add(frames[4])
-    learned = [learner.add(studio.frame()) for _ in range(5)]
+    learned = [learner.add(renderer.frame()) for _ in range(5)]
     assert learned[4] is not None
 
 
-def test_an_image_without_depth_is_refused(studio, catalogue) -> None:
-    from likeme_perception.pipeline import TabletopPerception
-
-    perception = TabletopPerception(studio.config, studio.intrinsics, catalogue)
+def test_an_image_without_depth_is_refused(renderer, catalogue) -> None:
+    perception = TabletopPerception(renderer.config, renderer.intrinsics, catalogue)
     rgb = np.zeros((240, 320, 3), np.uint8)
     with pytest.raises(ValueError, match='Expected depth readings, got 0'):
         perception.process(RgbdFrame(1, '', rgb, np.full((240, 320), np.nan, np.float32)))
