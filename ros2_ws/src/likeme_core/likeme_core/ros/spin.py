@@ -42,9 +42,10 @@ def run_node(
     rclpy.init(
         args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO
     )
+    errors: tuple[type[Exception], ...] = (*start_errors, ParameterException)
     try:
         node = create()
-    except (*start_errors, ParameterException) as error:
+    except errors as error:
         rclpy.try_shutdown()
         print(f'{name} does not start: {error}', file=sys.stderr)  # noqa: T201
         return 1
