@@ -25,7 +25,7 @@ from likeme_perception.rgbd import Intrinsics, RgbdFrame
 from likeme_perception.state_probability import regions_of
 from likeme_perception.static_foreground import AbsorbedRegion, StaticForegroundDetector, absorb
 from likeme_perception.top_view import Shape, correct_self_occlusion, shape_of, top_view_parts
-from likeme_perception.touching_objects import join_pieces, split_by_colour
+from likeme_perception.touching_objects import merge_parts, split_by_colour
 
 ImageB = NDArray[np.uint8]
 
@@ -163,7 +163,7 @@ class TabletopPerception:
             blobs += detect_in_depth_shadow(frame, self.background, self.catalogue, least)
         width = frame.depth.shape[1]
         apart = [p for blob in blobs for p in split_by_colour(blob, width, self.catalogue)]
-        return join_pieces(apart, self.catalogue)
+        return merge_parts(apart, self.catalogue)
 
     def _identified(
         self, blobs: list[Blob], limb_mask: ImageB | None

@@ -47,7 +47,7 @@ def _majority(label: NDArray[np.intp], pixels: Index, width: int, count: int) ->
     return np.asarray(smooth[:, rows, columns].argmax(axis=0))
 
 
-def join_pieces(blobs: list[Blob], catalogue: Catalogue) -> list[Blob]:
+def merge_parts(blobs: list[Blob], catalogue: Catalogue) -> list[Blob]:
     """Merge blobs that are identified as one object and lie within its length.
 
     An arm in front of an object leaves several visible parts of it.
