@@ -180,7 +180,9 @@ def segmented(color: Path) -> Segmented:
     assert background is not None
     found = background.foreground(frame) > 0
     table, _ = look_at(frame, perception.intrinsics)
-    blobs = [np.isin(np.arange(label.size), p).reshape(label.shape) for p, _ in table.things]
+    blobs = [
+        np.isin(np.arange(label.size), p).reshape(label.shape) for p, _ in table.unknown_objects
+    ]
     objects = [label // 10 == k for k in np.unique(label // 10) if k > 1]
     whole = sum(any(_iou(blob, one) > 0.8 for blob in blobs) for one in objects)
     return Segmented(_iou(found, label > 1), len(objects), whole)
@@ -231,7 +233,7 @@ def _topdown_bars(folder: Path) -> list[report.Bar]:
         table, perception = look_at(frame, camera)
         assert perception.background is not None
         truth = np.argwhere(label > 0).mean(axis=0)
-        middles = [np.mean(np.divmod(p, label.shape[1]), axis=1) for p, _ in table.things]
+        middles = [np.mean(np.divmod(p, label.shape[1]), axis=1) for p, _ in table.unknown_objects]
         off = min(float(np.hypot(*(m - truth))) for m in middles)
         depth = float(np.nanmedian(frame.depth[label > 0]))
         pixels.append(off)

@@ -35,10 +35,7 @@ class Rectangle:
     ) -> NDArray[np.bool_]: ...
 
     def contains(
-        self,
-        x: float | NDArray[np.floating],
-        y: float | NDArray[np.floating],
-        margin: float = 0.0,
+        self, x: float | NDArray[np.floating], y: float | NDArray[np.floating], margin: float = 0.0
     ) -> bool | NDArray[np.bool_]:
         """Whether points lie inside the area extended by a margin (m), edges included."""
         return (

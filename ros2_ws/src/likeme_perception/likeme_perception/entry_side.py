@@ -16,11 +16,7 @@ _REACH_AREA = 0.0003
 
 
 def entry_sides(
-    xyz: ImageF,
-    area: ImageF,
-    table: Rectangle,
-    floor: float,
-    sides: tuple[str, ...],
+    xyz: ImageF, area: ImageF, table: Rectangle, floor: float, sides: tuple[str, ...]
 ) -> frozenset[str]:
     """Those of some sides of the table that points (3, N) extend over.
 

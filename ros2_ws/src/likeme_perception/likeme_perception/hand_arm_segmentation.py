@@ -145,11 +145,7 @@ class HandArmSegmenter:
         return held
 
     def _joins(
-        self,
-        blob: Blob,
-        found: dict[str, list[Blob]],
-        boxes: dict[str, Box | None],
-        width: int,
+        self, blob: Blob, found: dict[str, list[Blob]], boxes: dict[str, Box | None], width: int
     ) -> bool:
         """Whether a blob is part of a limb, separated from it by an occlusion; if so, adds it."""
         for kind, box in boxes.items():

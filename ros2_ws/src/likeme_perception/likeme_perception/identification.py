@@ -9,10 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from likeme_perception.catalogue import Catalogue
-from likeme_perception.colour import (
-    UNKNOWN_LOG_DENSITY,
-    Bins,
-)
+from likeme_perception.colour import UNKNOWN_LOG_DENSITY, Bins
 from likeme_perception.top_view import Shape
 
 # Neighbouring pixels are correlated: the pixels of a blob count as so many independent ones.

@@ -125,9 +125,9 @@ def _learned_entry(
     name: str, frame: RgbdFrame, table: TableObservation, p: TabletopPerception
 ) -> str:
     """A catalogue entry, as YAML, of the largest unknown object in view."""
-    if not table.things or p.background is None:
+    if not table.unknown_objects or p.background is None:
         raise ValueError('Expected one object on the table to learn, got 0.')
-    pixels, shape = max(table.things, key=lambda thing: len(thing[0]))
+    pixels, shape = max(table.unknown_objects, key=lambda each: len(each[0]))
     colours: NDArray[np.uint8] = frame.rgb.reshape(-1, 3)[pixels]
     area = float(p.background.view.pixel_area(frame.depth.ravel()[pixels]).sum())
     return catalogue_yaml(Catalogue((catalogue_entry(name, [colours], [shape], [area]),)))

@@ -68,8 +68,8 @@ class TableObservation:
     """Objects, hand and arm in one frame.
 
     learned: whether the background is known; without it there are no objects. demonstrations,
-    unresolved: acts completed by this frame. hand, arm: pixels, flat indices. things: pixels and
-    shape of foreground that is no catalogue object.
+    unresolved: acts completed by this frame. hand, arm: pixels, flat indices. unknown_objects:
+    pixels and shape of objects that are not in the catalogue.
     """
 
     stamp: int
@@ -84,7 +84,7 @@ class TableObservation:
     hand_tip: HandTip | None = None
     hand: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     arm: Index = field(default_factory=lambda: np.zeros(0, np.intp))
-    things: tuple[tuple[Index, Shape], ...] = ()
+    unknown_objects: tuple[tuple[Index, Shape], ...] = ()
 
     @property
     def snapshot(self) -> TableSnapshot:

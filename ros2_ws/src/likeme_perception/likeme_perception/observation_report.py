@@ -25,7 +25,7 @@ def json_report(table: TableObservation) -> dict[str, Any]:
             | (_shape_values(o.shape) if o.shape else {})
             for o in table.objects
         ],
-        'things': [{'pixels': len(p)} | _shape_values(s) for p, s in table.things],
+        'things': [{'pixels': len(p)} | _shape_values(s) for p, s in table.unknown_objects],
     }
 
 
@@ -47,7 +47,7 @@ def text_report(table: TableObservation) -> str:
         f'{o.name}: {o.state_name}' + ('' if o.visible else ' (not in view)')
         for o in table.objects
     ]
-    for pixels, s in table.things:
+    for pixels, s in table.unknown_objects:
         x, y, _ = s.centroid
         lines.append(
             f'thing: at x {x:+.3f} m, y {y:+.3f} m, '

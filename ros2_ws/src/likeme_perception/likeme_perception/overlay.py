@@ -51,8 +51,8 @@ def draw(
         _tint(canvas, pixels, rgb.shape[:2], colour)
     if regions is not None:
         _draw_regions(canvas, view, regions)
-    for pixels, shape in table.things:
-        _draw_thing(canvas, view, pixels, shape, rgb.shape[:2])
+    for pixels, shape in table.unknown_objects:
+        _draw_unknown_object(canvas, view, pixels, shape, rgb.shape[:2])
     for seen in table.objects:
         if seen.visible and seen.shape is not None:
             _draw_object(canvas, view, seen, seen.shape, rgb.shape[:2])
@@ -155,7 +155,7 @@ def _draw_axis(canvas: ImageB, view: CameraView, shape: Shape, colour: Colour) -
         )
 
 
-def _draw_thing(
+def _draw_unknown_object(
     canvas: ImageB, view: CameraView, pixels: Index, shape: Shape, size: tuple[int, ...]
 ) -> None:
     """Draw an object that is not in the catalogue."""
@@ -165,7 +165,9 @@ def _draw_thing(
     cv2.drawContours(canvas, contours, -1, colour, 2, cv2.LINE_AA)
     _draw_axis(canvas, view, shape, colour)
     middle = _pixels_of(view, np.array([shape.centroid]))[0] >> _SHIFT
-    _text(canvas, 'thing', (int(middle[0]), int(middle[1]) - 14), 0.5, colour, centred=True)
+    _text(
+        canvas, 'unknown object', (int(middle[0]), int(middle[1]) - 14), 0.5, colour, centred=True
+    )
 
 
 def _draw_unseen(canvas: ImageB, table: TableObservation) -> None:

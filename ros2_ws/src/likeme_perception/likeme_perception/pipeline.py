@@ -125,7 +125,7 @@ class TabletopPerception:
         arm = found.arm_area > self.config.intruder_min_area
         limb_mask = _dilated_mask(limb, frame.depth.shape)
         blobs = self._blobs(found, frame)
-        detections, things = self._identified(blobs, limb_mask if hand or arm else None)
+        detections, unknown = self._identified(blobs, limb_mask if hand or arm else None)
         regions = regions_of(self.config, background.area)
         context = FrameContext(
             hand, arm, limb_mask, self._absorbed_mask(frame), background.view, regions
@@ -136,7 +136,8 @@ class TabletopPerception:
         settled = not hand and not arm and all(o.settled for o in objects)
         now = TableObservation(
             frame.stamp, frame.frame_id, True, hand, arm, settled, objects,
-            hand_tip=found.tip if hand else None, hand=found.hand, arm=found.arm, things=things,
+            hand_tip=found.tip if hand else None, hand=found.hand, arm=found.arm,
+            unknown_objects=unknown,
         )  # fmt: skip
         acts = self.demonstrations.update(now)
         return replace(now, demonstrations=acts.demonstrations, unresolved=acts.unresolved)

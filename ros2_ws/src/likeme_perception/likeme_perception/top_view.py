@@ -64,8 +64,7 @@ def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
     count = np.bincount(cell, minlength=shape[0] * shape[1])
     covered = np.flatnonzero(count)
     xy = np.stack(
-        [np.bincount(cell, v, len(count))[covered] / count[covered] for v in blob.xyz[:2]],
-        axis=1,
+        [np.bincount(cell, v, len(count))[covered] / count[covered] for v in blob.xyz[:2]], axis=1
     )
     centre = xy.mean(axis=0)
     spread = (xy - centre).T @ (xy - centre) / len(xy) + np.eye(2) * cell_size**2 / 12

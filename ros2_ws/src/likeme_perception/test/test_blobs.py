@@ -6,12 +6,7 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from likeme_perception.blobs import (
-    blobs_of,
-    image_components,
-    merged,
-    rows_and_columns,
-)
+from likeme_perception.blobs import blobs_of, image_components, merged, rows_and_columns
 from likeme_perception.catalogue import Catalogue
 from likeme_perception.colour import colour_bins
 from likeme_perception.hand_arm_colour import HandArmColour

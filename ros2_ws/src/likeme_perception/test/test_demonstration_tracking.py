@@ -255,9 +255,7 @@ def test_an_act_has_the_state_probabilities_of_its_observations(script: Script) 
     assert script.acts[0].x_i_probability == (0.0, 1.0, 0.0)
 
 
-def test_an_object_still_moving_at_the_timeout_is_an_unresolved_act(
-    script: Script,
-) -> None:
+def test_an_object_still_moving_at_the_timeout_is_an_unresolved_act(script: Script) -> None:
     script.show(rolling(State.LEFT), pear(), hand=True)
     script.show(rolling(State.LEFT), pear(), seconds=4.8)
     assert unresolved(script) == []
@@ -293,9 +291,7 @@ def test_an_object_brought_to_the_table_that_never_settles_is_unresolved(script:
     assert unresolved(script) == [('chicken', UnresolvedReason.MOVING)]
 
 
-def test_an_act_interrupted_by_the_arm_is_unresolved(
-    script: Script,
-) -> None:
+def test_an_act_interrupted_by_the_arm_is_unresolved(script: Script) -> None:
     script.show(rolling(State.LEFT), pear(), hand=True)
     script.show(rolling(State.LEFT), pear(), seconds=0.2)
     script.show(covered('chicken'), pear(), arm=True)

@@ -70,7 +70,7 @@ def test_beside_the_work_area_and_on_the_floor_are_offtable(
 def test_an_object_not_in_the_catalogue_is_reported_as_a_thing(renderer, catalogue, lemon) -> None:
     red = replace(lemon(0.5, -0.1), colour=(200, 20, 40))
     seen = settle(renderer.perception(catalogue), renderer, red)
-    assert len(seen.things) == 1
+    assert len(seen.unknown_objects) == 1
     assert not any(o.visible for o in seen.objects)
 
 
@@ -183,7 +183,7 @@ def test_an_object_under_an_absorbed_limb_is_unknown_until_it_is_seen(
     seen = settle(perception, short_still_time, *resting, frames=10)
     assert [o.state for o in seen.objects] == [State.LEFT, State.RIGHT]
     assert seen.settled
-    assert seen.things == ()
+    assert seen.unknown_objects == ()
 
 
 def test_the_background_is_restored_when_an_absorbed_limb_leaves(
@@ -213,7 +213,7 @@ def test_objects_beside_and_below_the_table_are_not_reported(renderer, catalogue
     red = replace(lemon(0.40, 0.50, -0.17), colour=(200, 20, 40))
     tall = replace(lemon(0.45, 0.50, -0.10), radius=0.08, colour=(200, 20, 40))
     for thing in (red, tall):
-        assert settle(renderer.perception(catalogue), renderer, thing).things == ()
+        assert settle(renderer.perception(catalogue), renderer, thing).unknown_objects == ()
 
 
 def test_an_object_can_be_added_to_the_catalogue_from_frames(
@@ -221,7 +221,7 @@ def test_an_object_can_be_added_to_the_catalogue_from_frames(
 ) -> None:
     perception = renderer.perception(Catalogue(()))
     frame = renderer.frame(lemon(0.45, 0.15))
-    pixels, shape = perception.process(frame).things[0]
+    pixels, shape = perception.process(frame).unknown_objects[0]
     colours = frame.rgb.reshape(-1, 3)[pixels]
     entry = catalogue_entry('banana', [colours], [shape], [0.0028])
     (tmp_path / 'known.yaml').write_text(catalogue_yaml(Catalogue((entry,))))
@@ -229,7 +229,7 @@ def test_an_object_can_be_added_to_the_catalogue_from_frames(
     assert known.objects == (entry,)
     seen = settle(renderer.perception(known), renderer, pear(0.4, -0.1), lemon(0.5, 0.2))
     assert seen.object('banana').state is State.LEFT
-    assert len(seen.things) == 1
+    assert len(seen.unknown_objects) == 1
 
 
 def test_a_limb_with_the_colour_of_a_known_object_is_handled(renderer, catalogue, forearm) -> None:
