@@ -9,6 +9,7 @@ import pytest
 
 from likeme_core.tabletop import State
 from likeme_perception.catalogue import Catalogue, catalogue_entry, catalogue_yaml, load_catalogue
+from likeme_perception.observation import UnresolvedReason
 from likeme_perception.pipeline import TabletopPerception
 
 
@@ -237,3 +238,19 @@ def test_a_limb_with_the_colour_of_a_known_object_is_handled(renderer, catalogue
     painted = replace(forearm(0.62, 0.1, 0.03), colour=(235, 205, 40))
     seen = [perception.process(renderer.frame(painted)) for _ in range(3)]
     assert all(len(table.objects) == 2 for table in seen)
+
+
+def test_an_object_still_moving_at_the_timeout_is_counted(
+    renderer, catalogue, lemon, forearm
+) -> None:
+    renderer.config = replace(renderer.config, settle_timeout=0.5)
+    perception = renderer.perception(catalogue)
+    settle(perception, renderer, lemon(0.45, -0.25))
+    settle(perception, renderer, lemon(0.40, -0.25), forearm(0.50, -0.25, 0.12), frames=3)
+    seen = []
+    for k in range(8):
+        seen.append(perception.process(renderer.frame(lemon(0.40, -0.20 + 0.03 * k))))
+    assert not any(table.demonstrations for table in seen)
+    unresolved = [act for table in seen for act in table.unresolved]
+    assert [(a.object, a.reason) for a in unresolved] == [('lemon', UnresolvedReason.MOVING)]
+    assert perception.described()['acts not understood: object still moving'] == '1'
