@@ -7,6 +7,11 @@ from dataclasses import dataclass
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 
+#: Accepted answers that are remembered. They are needed for a second operator who answers late, not
+#: for the lifetime of the node.
+ANSWERS_KEPT = 100
+
+
 class AnswerRefusedError(ValueError):
     """An answer that cannot be accepted, in one sentence."""
 
@@ -66,5 +71,7 @@ class HelpDesk:
         if not answered_by.strip():
             raise AnswerRefusedError('Expected the name of who answers, got an empty one.')
         answer = Answer(self._pending.pop(request_id), Reply(reply), answered_by.strip())
+        if len(self._answered) == ANSWERS_KEPT:
+            self._answered.pop(next(iter(self._answered)))
         self._answered[request_id] = answer
         return answer

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from likeme_core.tabletop import Action, State
-from likeme_inference.help_requests import AnswerRefusedError, HelpDesk
+from likeme_inference.help_requests import ANSWERS_KEPT, AnswerRefusedError, HelpDesk
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 
@@ -57,3 +57,16 @@ def test_refused_answers_leave_the_request(
 def test_nothing_is_pending() -> None:
     with pytest.raises(AnswerRefusedError, match='Nothing is pending, got an answer to request 1'):
         HelpDesk().answer(1, Reply.SKIP, 'Ada')
+
+
+def test_only_the_last_answers_are_remembered() -> None:
+    requests = HelpDesk()
+    for number in range(1, 2 * ANSWERS_KEPT + 1):
+        requests.add(request(number))
+        requests.answer(number, Reply.SKIP, 'Ada')
+    requests.add(request(9999))
+
+    with pytest.raises(AnswerRefusedError, match='was answered already'):
+        requests.answer(ANSWERS_KEPT + 1, Reply.SKIP, 'Bob')
+    with pytest.raises(AnswerRefusedError, match=f'got {ANSWERS_KEPT}'):
+        requests.answer(ANSWERS_KEPT, Reply.SKIP, 'Bob')

@@ -20,6 +20,11 @@ from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 
+#: Goal models that are kept for the next call. A decision needs one per object; others belong to
+#: settings that were changed since, of which a node that runs for long may see any number.
+GOAL_MODELS_KEPT = 64
+
+
 class TrialCounts(NamedTuple):
     """What became of the trials of one action from one state, as one source reports them.
 
@@ -138,7 +143,7 @@ class RobotModel:
         concentration: float = 0.0,
         shared: bool = False,
     ) -> GoalModel:
-        """Give the goal-based model of one object; made once for each set of arguments.
+        """Give the goal-based model of one object; built once for the latest sets of arguments.
 
         Args:
             name: of the object.
@@ -154,6 +159,8 @@ class RobotModel:
         goal_prior = None if goal_prior is None else tuple(goal_prior)
         key = name, goal_prior, policy, concentration, shared
         if key not in self._goal_models:
+            if len(self._goal_models) == GOAL_MODELS_KEPT:
+                self._goal_models.pop(next(iter(self._goal_models)))
             self._goal_models[key] = GoalModel.of(
                 self.counted(name, concentration, shared), self.domain, goal_prior, policy=policy
             )

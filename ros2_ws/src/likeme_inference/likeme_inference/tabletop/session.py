@@ -59,7 +59,8 @@ class ImitationSession:
     """One robot imitating one demonstration at a time: the only state of the tabletop model.
 
     Attributes:
-        settings: taken up by the next decision.
+        settings: used from the next decision on.
+        model: the robot's own experience; used from the next decision on.
         phase: where the session stands.
         decision: the last decision, and the one under way while ACTING, ASKING or CONFIRMING.
     """
@@ -68,7 +69,7 @@ class ImitationSession:
         self.settings = settings or Settings()
         self.phase = Phase.IDLE
         self.decision: Decision | None = None
-        self._model = model
+        self.model = model
         self._demo: Demonstration | None = None
         self._turn_from = 0
         self._told_at_goal = False
@@ -82,17 +83,6 @@ class ImitationSession:
         self._closed: tuple[str, int] | None = None
         self._decisions = 0
         self._spent = 0
-
-    @property
-    def model(self) -> RobotModel:
-        """The robot's own experience, taken up by the next decision."""
-        return self._model
-
-    @model.setter
-    def model(self, model: RobotModel) -> None:
-        self._model = model
-        if self.phase is Phase.TURN and self._demonstrated.object not in model.objects:
-            self.phase = Phase.IDLE
 
     @property
     def last_view(self) -> int:
@@ -114,7 +104,7 @@ class ImitationSession:
         if self.phase is Phase.TURN and self._is_put_back(demo):
             self._put_back, self._turn_from = True, demo.stamp
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: my turn.')
-        belief = believe(self._model, self.settings, demo)
+        belief = believe(self.model, self.settings, demo)
         self.phase, self._demo, self._turn_from = Phase.TURN, demo, demo.stamp
         self._told_at_goal, self._put_back, self._off_goal_since = False, False, None
         self._spent = 0
@@ -196,11 +186,17 @@ class ImitationSession:
             return Remark(
                 f'Nobody put {demo.object} back within {settings.turn_timeout:g} s: I let it be.'
             )
+        if demo.object not in self.model.objects:
+            # The model was replaced since the demonstration.
+            self.phase = Phase.IDLE
+            return Remark(
+                f'{self.model.label} has no trials of {demo.object}: its demonstration is dropped.'
+            )
         old = view.stamp < self._turn_from
         if old or not view.settled or demo.object not in view.states:
             self._off_goal_since = None
             return None
-        decision = decide(self._model, settings, demo, view, self._decisions + 1, self._spent)
+        decision = decide(self.model, settings, demo, view, self._decisions + 1, self._spent)
         if decision.kind is Kind.AT_GOAL and self._spent:
             return self._begin(decision, Phase.IDLE)
         if decision.kind is Kind.AT_GOAL:
