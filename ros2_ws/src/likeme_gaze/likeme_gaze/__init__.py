@@ -19,8 +19,9 @@ from likeme_gaze.following import (
     forward_inference,
 )
 from likeme_gaze.frames import Pose2
-from likeme_gaze.gaussian_processes import GaussianProcesses, Moments
 from likeme_gaze.gaze_model import GazeModel
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses, Moments
+from likeme_gaze.gp.training import Search, fit
 from likeme_gaze.reverse import Evidence, Reversed, infer_goal, reverse_inference
 from likeme_gaze.simulation import (
     Experience,
@@ -30,7 +31,6 @@ from likeme_gaze.simulation import (
     goal_prior,
     self_experience,
 )
-from likeme_gaze.training import Search, fit
 
 __all__ = [
     'Evidence',

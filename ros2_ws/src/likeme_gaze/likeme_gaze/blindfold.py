@@ -17,6 +17,7 @@ from likeme_gaze.beliefs import Gaussian, independent, known
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.following import Viewpoints, follow_gaze
 from likeme_gaze.gaze_model import GazeModel
+from likeme_gaze.gp.training import Search
 from likeme_gaze.reverse import Evidence
 from likeme_gaze.simulation import (
     DEGREE,
@@ -28,7 +29,6 @@ from likeme_gaze.simulation import (
     goal_prior,
     self_experience,
 )
-from likeme_gaze.training import Search
 
 #: Training points of an infant, trials it is shown, and executions of the mentor's turn in each.
 POINTS, TRIALS, EXECUTIONS = 15, 4, 5

@@ -14,7 +14,7 @@ import numpy as np
 
 from likeme_gaze.beliefs import Gaussian, coupled, symmetric
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses
 
 #: A goal is a place in the plane.
 GOAL = 2

@@ -8,9 +8,9 @@ import numpy as np
 
 from likeme_gaze.chain import HeadModel
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.training import Search, fit
 from likeme_gaze.simulation import Experience, SimulationSetup, experience_of, self_experience
-from likeme_gaze.training import Search, fit
 
 
 @dataclass(frozen=True)

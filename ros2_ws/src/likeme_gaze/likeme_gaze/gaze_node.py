@@ -21,10 +21,10 @@ from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import stamp_ns, steady_clock
 from likeme_gaze import GazeModel
 from likeme_gaze.mentor import messages
-from likeme_gaze.mentor.refusals import Refusals
-from likeme_gaze.mentor.sentences import goal_found, learned, mentor_met
+from likeme_gaze.mentor.log_messages import goal_found, learned, mentor_met
+from likeme_gaze.mentor.mentor_tracker import Answer, MentorWatch
+from likeme_gaze.mentor.rejections import Refusals
 from likeme_gaze.mentor.settings import SETTINGS, GazeSettings, Learning, read_settings
-from likeme_gaze.mentor.watch import Answer, MentorWatch
 from likeme_msgs.msg import FixationDistance
 
 #: s for which a refusal is worth a warning.

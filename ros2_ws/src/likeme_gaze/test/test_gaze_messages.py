@@ -13,8 +13,8 @@ from likeme_core.ros.parameters import descriptor as descriptor_of
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.beliefs import mahalanobis
 from likeme_gaze.mentor import messages
+from likeme_gaze.mentor.mentor_tracker import Answer
 from likeme_gaze.mentor.settings import SETTINGS
-from likeme_gaze.mentor.watch import Answer
 
 GOAL = Gaussian(np.array([3.0, 2.5]), np.array([[1.2, -0.8], [-0.8, 0.7]]))
 ANSWER = Answer(

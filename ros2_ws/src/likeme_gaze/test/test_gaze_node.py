@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 from graph import LATCHED, Graph, NodeProcess
 from likeme_gaze.mentor import messages
 from likeme_gaze.mentor.head_pose import HeadPose
-from likeme_gaze.mentor.watch import MentorWatch
+from likeme_gaze.mentor.mentor_tracker import MentorWatch
 from likeme_msgs.msg import FixationDistance
 
 pytestmark = pytest.mark.graph

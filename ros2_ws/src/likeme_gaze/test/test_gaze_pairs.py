@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from precise_moments import PreciseGP
 
 from likeme_gaze import GaussianProcesses
-from likeme_gaze.pair_blocks import WORTH_CUTTING, each_pair_once, every_pair
+from likeme_gaze.gp.pair_blocks import WORTH_CUTTING, each_pair_once, every_pair
 
 Array = NDArray[np.float64]
 

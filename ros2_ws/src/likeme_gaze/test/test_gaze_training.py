@@ -7,9 +7,9 @@ import pytest
 from scipy.optimize import approx_fprime
 
 from likeme_gaze import Search, fit
-from likeme_gaze.kernel import likelihood_and_gradient, squared_distances
-from likeme_gaze.training import FEWEST_POINTS
-from likeme_gaze.trend import basis_for
+from likeme_gaze.gp.kernel import likelihood_and_gradient, squared_distances
+from likeme_gaze.gp.training import FEWEST_POINTS
+from likeme_gaze.gp.trend import basis_for
 
 RNG = np.random.default_rng(4)
 INPUTS = RNG.uniform(-2, 2, (60, 2))

@@ -15,8 +15,8 @@ from mentors import TO_LEFT, TO_RIGHT, TO_ROBOT, head, settings, yaw
 
 from likeme_gaze import Gaussian, GazeFollower, GazeModel, Pose2
 from likeme_gaze.mentor.head_pose import Frames, heading, planar
-from likeme_gaze.mentor.refusals import Refusals, RefusedError
-from likeme_gaze.mentor.watch import Answer, MentorWatch
+from likeme_gaze.mentor.mentor_tracker import Answer, MentorWatch
+from likeme_gaze.mentor.rejections import Refusals, RefusedError
 
 FRAMES = Frames('base_link', 'mentor', Pose2(600.0, 0.0, math.pi))
 angles = st.floats(-3.1, 3.1)

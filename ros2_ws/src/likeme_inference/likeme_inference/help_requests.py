@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
-
-#: Accepted answers that are remembered. They are needed for a second operator who answers late, not
-#: for the lifetime of the node.
+#: Accepted answers that are remembered: for a second operator who answers late, not for the
+#: lifetime of the node.
 ANSWERS_KEPT = 100
 
 

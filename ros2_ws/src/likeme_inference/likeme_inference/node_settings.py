@@ -9,7 +9,7 @@ from typing import Any
 
 from likeme_core.settings import Setting
 from likeme_core.tabletop import Mode
-from likeme_inference.experience.executed import Experience
+from likeme_inference.experience.imitation_experience import Experience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import Policy

@@ -15,16 +15,16 @@ import pytest
 from experience import PEAR, trial
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, Mode, State
-from likeme_inference.experience.campaign import Campaign, Progress
-from likeme_inference.experience.executed import Experience
-from likeme_inference.experience.policy import Random, Systematic
-from likeme_inference.experience.sighting import (
+from likeme_experiments.learning.trial_observation import (
     SeenObject,
     Sighting,
     TrialVoidError,
     counted,
     seen_in,
 )
+from likeme_inference.experience.campaign import Campaign, Progress
+from likeme_inference.experience.exploration_policy import Random, Systematic
+from likeme_inference.experience.imitation_experience import Experience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Counts, Pair, Place, TrialKey, no_counts
 from likeme_inference.experience.trial_file import TrialFileError, load, parse, save, write

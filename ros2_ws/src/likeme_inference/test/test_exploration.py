@@ -6,14 +6,14 @@ import pytest
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Manner
 from likeme_experiments.evaluation.exploration import Way, exploration, world_of
-from likeme_inference.experience.policy import InformationGain
+from likeme_inference.experience.exploration_policy import InformationGain
 from likeme_inference.experience.trial import no_counts
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
-from likeme_inference.tabletop.exploration import help_rate, information_gain
+from likeme_inference.tabletop.active_exploration import help_rate, information_gain
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.imitation import Settings, decide
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import maximum_likelihood
 
 CHANGES = ((0, 1), (0, 2), (1, 0), (1, 2))

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_inference.tabletop.active_exploration import help_rate, information_gain
 from likeme_inference.tabletop.arrays import FloatArray, IntArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.domain import TABLETOP
-from likeme_inference.tabletop.exploration import help_rate, information_gain
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
 from likeme_inference.tabletop.transition_model import maximum_likelihood

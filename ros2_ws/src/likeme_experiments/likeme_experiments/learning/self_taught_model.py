@@ -17,7 +17,7 @@ from likeme_experiments.learning.store_commands import open_store
 from likeme_experiments.learning.trial_cell import TrialFailedError, simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError
-from likeme_inference.experience.model_view import model_of_rows, rows_of
+from likeme_inference.experience.model_from_trials import model_of_rows, rows_of
 from likeme_inference.experience.store import ExperienceStore, Tally
 from likeme_inference.tabletop.robot_model import RobotModel
 

@@ -14,8 +14,7 @@ from sensor_msgs.msg import JointState
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_core.tabletop import State
-from likeme_inference import messages
-from likeme_inference.experience.sighting import (
+from likeme_experiments.learning.trial_observation import (
     CellGoneError,
     SeenObject,
     Sighting,
@@ -23,6 +22,7 @@ from likeme_inference.experience.sighting import (
     counted,
     seen_in,
 )
+from likeme_inference import messages
 from likeme_inference.experience.trial import Place, Trial, TrialKey
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.mentor.refusals import RefusedError
+from likeme_gaze.mentor.rejections import RefusedError
 
 #: The gaze model counts in cm.
 CM_PER_M = 100.0

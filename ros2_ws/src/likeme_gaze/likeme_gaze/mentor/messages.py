@@ -16,7 +16,7 @@ from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.mentor.head_pose import HeadPose
-from likeme_gaze.mentor.watch import Answer
+from likeme_gaze.mentor.mentor_tracker import Answer
 
 #: Variance of what the model does not speak of: z, and the goal's orientation.
 UNKNOWN = 1e6

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_inference.experience.policy import Policy
+from likeme_inference.experience.exploration_policy import Policy
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Counts, Pair, TrialKey, no_counts
 

@@ -22,6 +22,7 @@
 
 from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, choose
+from likeme_inference.tabletop.active_exploration import help_rate, information_gain
 from likeme_inference.tabletop.dirichlet import (
     CONCENTRATION,
     aimed_prior,
@@ -30,7 +31,8 @@ from likeme_inference.tabletop.dirichlet import (
     sample_transitions,
 )
 from likeme_inference.tabletop.domain import TABLETOP, Policy
-from likeme_inference.tabletop.exploration import help_rate, information_gain
+from likeme_inference.tabletop.finite_domain import Domain
+from likeme_inference.tabletop.goal_exploration import explore, explored_policy, reinforced
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
     map_goal,
@@ -40,9 +42,7 @@ from likeme_inference.tabletop.goal_inference import (
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import load, save, shipped
 from likeme_inference.tabletop.planning import Plan, plan, spread
-from likeme_inference.tabletop.policy import explore, explored_policy, reinforced
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.sparse import SparseGoalModel
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 

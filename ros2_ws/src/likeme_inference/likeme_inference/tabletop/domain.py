@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 from likeme_core.tabletop import Action, State
-from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.finite_domain import Domain
 
 
 class Policy(StrEnum):

@@ -16,6 +16,8 @@ from likeme_inference.tabletop.arrays import BoolArray, FloatArray
 from likeme_inference.tabletop.checks import number, numbers, sums_to_one, table
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.evidence import evidence, known, weighed
+from likeme_inference.tabletop.finite_domain import Domain
+from likeme_inference.tabletop.goal_exploration import explored_policy
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
     goal_likelihood,
@@ -24,8 +26,6 @@ from likeme_inference.tabletop.goal_inference import (
     reach,
 )
 from likeme_inference.tabletop.planning import Plan
-from likeme_inference.tabletop.policy import explored_policy
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 #: The arrays of a GoalModel, by name.

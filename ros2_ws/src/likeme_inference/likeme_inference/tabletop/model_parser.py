@@ -8,8 +8,8 @@ import unicodedata
 from collections.abc import Iterator, Mapping
 
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
-from likeme_inference.tabletop.spaces import Domain
 
 FORMAT = ['likeme_transition_model', '1']
 

@@ -14,11 +14,10 @@ import numpy as np
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import TABLETOP, Policy
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.shared_prior import fitted, shared_prior
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import TransitionModel
-
 
 #: Goal models that are kept for the next call. A decision needs one per object; others belong to
 #: settings that were changed since, of which a node that runs for long may see any number.

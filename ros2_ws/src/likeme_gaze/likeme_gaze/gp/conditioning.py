@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.kernel import (
+from likeme_gaze.gp.kernel import (
     factor,
     gram,
     negative_log_likelihood,
@@ -16,8 +16,8 @@ from likeme_gaze.kernel import (
     solve,
     squared_distances,
 )
-from likeme_gaze.pair_blocks import PairBlocks, each_pair_once, every_pair
-from likeme_gaze.trend import (
+from likeme_gaze.gp.pair_blocks import PairBlocks, each_pair_once, every_pair
+from likeme_gaze.gp.trend import (
     Basis,
     Trend,
     Trends,

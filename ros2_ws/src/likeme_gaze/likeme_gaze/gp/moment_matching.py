@@ -23,9 +23,9 @@ from scipy.linalg import lapack
 
 from likeme_gaze.beliefs import Gaussian
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.conditioning import Conditioned
-from likeme_gaze.kernel import Real
-from likeme_gaze.triangular import cholesky, cholesky_by_rows, solve_lower, transposed
+from likeme_gaze.gp.conditioning import Conditioned
+from likeme_gaze.gp.kernel import Real
+from likeme_gaze.gp.triangular import cholesky, cholesky_by_rows, solve_lower, transposed
 
 #: Above this ratio of an input's variance to its squared lengthscale S + Λ is factored in
 #: extended precision. (The ratio, since the factor's rounding does not depend on units.)

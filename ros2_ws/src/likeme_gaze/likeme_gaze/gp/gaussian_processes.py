@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from likeme_gaze.beliefs import Gaussian
 from likeme_gaze.checks import FloatArray, covariances, numbers
-from likeme_gaze.conditioning import Conditioned, condition_on
-from likeme_gaze.moment_matching import first_moments, view
-from likeme_gaze.pair_sums import pair_sums
-from likeme_gaze.trend import Trends
+from likeme_gaze.gp.conditioning import Conditioned, condition_on
+from likeme_gaze.gp.moment_matching import first_moments, view
+from likeme_gaze.gp.pair_sums import pair_sums
+from likeme_gaze.gp.trend import Trends
 
 #: Numbers for each training input (whitened distances and the like) that one pass works on: enough
 #: inputs to share the small work, few enough to stay in a cache.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from likeme_core.outcomes import Actor
-from likeme_inference.experience.model_view import model_of_rows, rows_of, source_of
+from likeme_inference.experience.model_from_trials import model_of_rows, rows_of, source_of
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import COUNTED, Pair, Trial, TrialKey
 from likeme_inference.tabletop.robot_model import RobotModel

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from likeme_gaze.mentor.mentor_tracker import Answer
 from likeme_gaze.mentor.settings import Blindfold, Learning, Watching
-from likeme_gaze.mentor.watch import Answer
 
 _KNOWN = {
     Blindfold.NONE: 'I know nothing of blindfolds',

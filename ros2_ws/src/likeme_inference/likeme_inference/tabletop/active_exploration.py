@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.planning import NO_ACTION, best_actions, qualities, rank
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import maximum_likelihood
 
 #: Actions of the plans that are learned for.

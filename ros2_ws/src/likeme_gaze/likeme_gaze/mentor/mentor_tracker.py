@@ -16,7 +16,7 @@ from likeme_gaze.mentor.head_pose import (
     in_m,
     planar,
 )
-from likeme_gaze.mentor.refusals import RefusedError
+from likeme_gaze.mentor.rejections import RefusedError
 from likeme_gaze.mentor.settings import Watching
 
 SECOND = 1_000_000_000

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.trend import coefficients_doubt
+from likeme_gaze.gp.trend import coefficients_doubt
 
 Real = TypeVar('Real', np.float64, np.longdouble)
 LOG_2_PI = float(np.log(2 * np.pi))

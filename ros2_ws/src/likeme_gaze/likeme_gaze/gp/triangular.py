@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.kernel import Real
+from likeme_gaze.gp.kernel import Real
 
 
 def transposed(matrices: NDArray[Real]) -> NDArray[Real]:

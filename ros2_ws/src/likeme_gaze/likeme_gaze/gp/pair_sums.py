@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.conditioning import Conditioned
-from likeme_gaze.moment_matching import View
-from likeme_gaze.triangular import cholesky, solve_lower, transposed
+from likeme_gaze.gp.conditioning import Conditioned
+from likeme_gaze.gp.moment_matching import View
+from likeme_gaze.gp.triangular import cholesky, solve_lower, transposed
 
 #: Above this e_ij the product q_i q_j expm1(e_ij) is formed in the log domain: q could be 0.
 LARGE = 30.0

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 from scipy import optimize
 
 from likeme_gaze.checks import FloatArray, numbers
-from likeme_gaze.gaussian_processes import GaussianProcesses
-from likeme_gaze.kernel import likelihood_and_gradient, squared_distances
-from likeme_gaze.trend import basis_for
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.kernel import likelihood_and_gradient, squared_distances
+from likeme_gaze.gp.trend import basis_for
 
 #: Fewer points than this say nothing about a signal, a noise and a lengthscale per input.
 FEWEST_POINTS = 5
