@@ -6,18 +6,18 @@ import math
 
 import numpy as np
 import pytest
-from mentors import head, message
+from head_poses import head, message
 from visualization_msgs.msg import Marker
 
 from likeme_core.ros.parameters import descriptor as descriptor_of
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.beliefs import mahalanobis
 from likeme_gaze.mentor import messages
-from likeme_gaze.mentor.mentor_tracker import Answer
+from likeme_gaze.mentor.mentor_tracker import GazeEstimate
 from likeme_gaze.mentor.settings import SETTINGS
 
 GOAL = Gaussian(np.array([3.0, 2.5]), np.array([[1.2, -0.8], [-0.8, 0.7]]))
-ANSWER = Answer(
+ANSWER = GazeEstimate(
     stamp=105_500_000_000,
     height=1.2,
     observations=5,

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
-from mentors import TO_LEFT, TO_RIGHT, head, message, settings
+from head_poses import TO_LEFT, TO_RIGHT, head, message, settings
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from trajectory_msgs.msg import JointTrajectory
@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 from graph import LATCHED, Graph, NodeProcess
 from likeme_gaze.mentor import messages
 from likeme_gaze.mentor.head_pose import HeadPose
-from likeme_gaze.mentor.mentor_tracker import MentorWatch
+from likeme_gaze.mentor.mentor_tracker import MentorTracker
 from likeme_msgs.msg import FixationDistance
 
 pytestmark = pytest.mark.graph
@@ -72,9 +72,9 @@ class Mentor:
 def expected(angle: float, **changes: Any) -> Any:
     """The library's answer to the same trial."""
     chosen = settings(training_points=POINTS, **changes)
-    watching = MentorWatch(chosen.learning.model(), chosen.watching)
-    watching.start(head(100))
-    return [watching.observe(head(100 + k, angle)) for k in range(1, 6)][-1]
+    tracker = MentorTracker(chosen.learning.model(), chosen.tracking)
+    tracker.start(head(100))
+    return [tracker.observe(head(100 + k, angle)) for k in range(1, 6)][-1]
 
 
 def set_parameters(graph: Graph, **values: Any) -> Any:
@@ -113,13 +113,13 @@ def test_trials_are_answered_as_the_library_does(tmp_path: Path) -> None:
         assert late_commands == []
         assert mentor.process.stop() == 0
         assert 'Traceback' not in mentor.process.said
-        assert 'I learned from 60 movements of my own head' in mentor.process.said
+        assert 'Trained on 60 simulated head movements' in mentor.process.said
 
 
 BAD_STARTS = {
     'unknown frame': (head(50, frame='map'), "in base_link or mentor, got 'map'"),
     'not finite': (head(50, place=(math.nan, 0, 0)), 'got (nan, 0, 0)'),
-    'quaternion': (head(50, orientation=(0, 0, 0, 0)), 'of length 1 within 0.01, got 0.'),
+    'quaternion': (head(50, orientation=(0, 0, 0, 0)), 'of norm 1 within 0.01, got 0.'),
     'no heading': (head(50, orientation=(0, 0.5**0.5, 0, 0.5**0.5)), 'straight up or down'),
     'not usable': (head(50, place=(0.05, 0, 0)), 'at least 10 cm from the agent, got 5.0 cm.'),
 }

@@ -16,7 +16,7 @@ class AnswerRefusedError(ValueError):
 
 
 @dataclass(frozen=True)
-class Answer:
+class AcceptedAnswer:
     """An accepted answer."""
 
     request: HelpRequest
@@ -29,12 +29,12 @@ class Answer:
         return f'Request {self.request.id} answered by {self.answered_by}: {self.reply.name}.'
 
 
-class HelpDesk:
+class HelpRequests:
     """Keeps the questions that wait for an answer, and remembers those that had one."""
 
     def __init__(self) -> None:
         self._pending: dict[int, HelpRequest] = {}
-        self._answered: dict[int, Answer] = {}
+        self._answered: dict[int, AcceptedAnswer] = {}
 
     @property
     def pending(self) -> tuple[HelpRequest, ...]:
@@ -45,7 +45,7 @@ class HelpDesk:
         """Put up a question."""
         self._pending[request.id] = request
 
-    def answer(self, request_id: int, reply: int, answered_by: str) -> Answer:
+    def answer(self, request_id: int, reply: int, answered_by: str) -> AcceptedAnswer:
         """Accept an answer; the request is no longer pending.
 
         Raises:
@@ -69,7 +69,7 @@ class HelpDesk:
             raise AnswerRefusedError(f'Expected an answer out of {known}, got {reply}.')
         if not answered_by.strip():
             raise AnswerRefusedError('Expected the name of who answers, got an empty one.')
-        answer = Answer(self._pending.pop(request_id), Reply(reply), answered_by.strip())
+        answer = AcceptedAnswer(self._pending.pop(request_id), Reply(reply), answered_by.strip())
         if len(self._answered) == ANSWERS_KEPT:
             self._answered.pop(next(iter(self._answered)))
         self._answered[request_id] = answer

@@ -9,11 +9,11 @@ from typing import Any
 
 from likeme_core.settings import Setting
 from likeme_core.tabletop import Mode
-from likeme_inference.experience.imitation_experience import Experience
+from likeme_inference.experience.imitation_experience import ImitationExperience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import Policy
-from likeme_inference.tabletop.imitation import Settings
+from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.robot_model import RobotModel
 
 #: More would be no plan but stubbornness.
@@ -75,7 +75,7 @@ def read_model(path: str) -> RobotModel:
     return model_file.load_tabletop(Path(path).expanduser())
 
 
-def open_experience(values: Mapping[str, Any], learned: RobotModel) -> Experience | None:
+def open_experience(values: Mapping[str, Any], learned: RobotModel) -> ImitationExperience | None:
     """Open the store that outcomes go into; None where no store is named.
 
     Raises:
@@ -89,10 +89,10 @@ def open_experience(values: Mapping[str, Any], learned: RobotModel) -> Experienc
     except PackageNotFoundError:
         software = 'not installed'
     store = ExperienceStore(values['experience_store'], patience=1.0)
-    return Experience(store, values['robot'], software, learned)
+    return ImitationExperience(store, values['robot'], software, learned)
 
 
-def read_settings(values: Mapping[str, Any]) -> Settings:
+def read_settings(values: Mapping[str, Any]) -> ImitationSettings:
     """Make settings of parameter values.
 
     Raises:
@@ -106,7 +106,7 @@ def read_settings(values: Mapping[str, Any]) -> Settings:
         raise ValueError(
             f'Expected an action_budget from 1 to {MOST_ACTIONS}, got {values["action_budget"]}.'
         )
-    return Settings(
+    return ImitationSettings(
         mode=Mode(values['mode']),
         threshold=values['help_threshold'],
         action_budget=values['action_budget'],

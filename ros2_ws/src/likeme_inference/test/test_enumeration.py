@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_models import World, counts, joint_of, marginal, policy_of, transition_of, worlds
 from scipy import sparse
-from worlds import World, counts, joint_of, marginal, policy_of, transition_of, worlds
 
 from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.tabletop.action_selection import choose

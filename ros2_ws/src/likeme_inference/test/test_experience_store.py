@@ -10,12 +10,12 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from example_trials import PEAR, trial
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy.dialects import mysql, postgresql
 from sqlalchemy.schema import CreateTable
 
-from experience import PEAR, trial
 from likeme_core.tabletop import Action, State
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import robot_model
@@ -28,7 +28,7 @@ from likeme_inference.tabletop.model_parser import parse
 WRITER = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from experience import trial
+from example_trials import trial
 from likeme_inference.experience.store import ExperienceStore
 store = ExperienceStore(sys.argv[2])
 for repetition in range(int(sys.argv[3]), int(sys.argv[4])):

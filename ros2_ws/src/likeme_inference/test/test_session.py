@@ -6,12 +6,12 @@ import dataclasses
 import math
 
 import pytest
-from stories import ns, shown, table
+from session_values import ns, shown, table
 
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import Settings, help_request
+from likeme_inference.tabletop.imitation import ImitationSettings, help_request
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession, Phase
@@ -30,7 +30,7 @@ DONE = MotionReport(MotionOutcome.COMPLETED, 'Pushed.', ns(20))
 
 
 def session(mode: Mode = Mode.INTERACTIVE, **settings: float) -> ImitationSession:
-    return ImitationSession(shipped(), Settings(mode=mode, **settings))
+    return ImitationSession(shipped(), ImitationSettings(mode=mode, **settings))
 
 
 def show_and_put_back(here: ImitationSession, name: str, x_i: State, x_f: State) -> Decision:
@@ -409,7 +409,7 @@ def test_calls_out_of_order_are_refused() -> None:
 )
 def test_settings_that_are_none(settings: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        Settings(**settings)
+        ImitationSettings(**settings)
 
 
 def missed(here: ImitationSession, at: float, x_f: State, **motion: MotionOutcome) -> Outcome:

@@ -1,4 +1,4 @@
-"""What the explorer needs of a table state, and what may be said of a trial in a live cell."""
+"""Table states as a live trial needs them, and the conditions under which a trial is void."""
 
 from __future__ import annotations
 
@@ -12,49 +12,49 @@ from likeme_inference.tabletop.values import MotionReport
 
 
 class TrialVoidError(Exception):
-    """The trial under way says nothing and is made anew: one sentence says why."""
+    """The current trial is void and has to be repeated; the message gives the reason."""
 
 
 class CellGoneError(Exception):
-    """Nobody serves the cell, or the camera is silent: one sentence."""
+    """The cell's services or the table states are absent; the message says which."""
 
 
-class SeenObject(NamedTuple):
-    """One object in one table state: state None while covered, place None while not visible."""
+class ObservedObject(NamedTuple):
+    """One object in one table state: state None if occluded, place None if not visible."""
 
     state: State | None
     place: Place | None
 
 
 @dataclass(frozen=True)
-class Sighting:
-    """One table state. stamp: ns. settled: no hand, no arm, everything at rest."""
+class TableObservation:
+    """One table state; stamp in ns. settled: no hand, no arm, everything at rest."""
 
     stamp: int
     settled: bool
-    objects: Mapping[str, SeenObject]
+    objects: Mapping[str, ObservedObject]
 
 
-def seen_in(sighting: Sighting, name: str) -> tuple[State, Place | None]:
+def state_and_place(table: TableObservation, name: str) -> tuple[State, Place | None]:
     """State and place of an object.
 
     Raises:
-        TrialVoidError: it is in no catalogue, or something covers it.
+        TrialVoidError: an object that perception does not know, or that is occluded.
     """
-    if name not in sighting.objects:
-        known = ', '.join(sorted(sighting.objects))
+    if name not in table.objects:
+        known = ', '.join(sorted(table.objects))
         raise TrialVoidError(f'The camera knows {known}, not {name}.')
-    state, place = sighting.objects[name]
+    state, place = table.objects[name]
     if state is None:
         raise TrialVoidError(f'The {name} stayed covered from view.')
     return state, place
 
 
-def counted(report: MotionReport) -> None:
-    """Let a motion pass that says something about the robot's skill.
+def require_counted_motion(report: MotionReport) -> None:
+    """Check that a motion counts as a trial.
 
     Raises:
-        TrialVoidError: it does not.
+        TrialVoidError: it was stopped or never started.
     """
     if report.outcome not in COUNTED:
         raise TrialVoidError(f'The arm did not try: {report.message}')

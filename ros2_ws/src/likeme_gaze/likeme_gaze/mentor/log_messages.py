@@ -1,4 +1,4 @@
-"""What the gaze node says to people."""
+"""Log messages of the gaze node."""
 
 from __future__ import annotations
 
@@ -6,45 +6,36 @@ import math
 
 import numpy as np
 
-from likeme_gaze.mentor.mentor_tracker import Answer
-from likeme_gaze.mentor.settings import Blindfold, Learning, Watching
-
-_KNOWN = {
-    Blindfold.NONE: 'I know nothing of blindfolds',
-    Blindfold.WINDOWED: 'I wore a blindfold with windows',
-    Blindfold.OPAQUE: 'I wore an opaque blindfold',
-}
+from likeme_gaze.mentor.mentor_tracker import GazeEstimate
+from likeme_gaze.mentor.settings import LearningSettings, TrackingSettings
 
 
-def learned(learning: Learning, seconds: float) -> str:
-    """What was learned, and from what."""
+def model_trained(learning: LearningSettings, seconds: float) -> str:
+    """What the gaze model was trained on, and how long that took."""
     return (
-        f'I learned from {learning.points} movements of my own head in {seconds:.1f} s (seed '
-        f'{learning.seed}). {_KNOWN[learning.blindfold]}.'
+        f'Trained on {learning.points} simulated head movements in {seconds:.1f} s (seed '
+        f'{learning.seed}, blindfold experience {learning.blindfold}).'
     )
 
 
-def mentor_met(answer: Answer, settings: Watching) -> str:
-    """Where a mentor stands when it is first seen."""
-    robot, mentor = answer.robot, answer.mentor_start
+def mentor_detected(estimate: GazeEstimate, settings: TrackingSettings) -> str:
+    """Where a mentor stands at its start pose."""
+    robot, mentor = estimate.robot, estimate.mentor_start
     away = math.hypot(mentor.x - robot.x, mentor.y - robot.y)
     eyes = 'covered' if settings.blindfolded else 'open'
+    return f'Mentor at {away:.2f} m, eyes {eyes}: expecting {settings.observations} head poses.'
+
+
+def goal_inferred(estimate: GazeEstimate) -> str:
+    """The goal after the last observation, and the head command."""
+    assert estimate.goal is not None, 'An estimate has a goal after the first observation.'
+    (x, y), (dx, dy) = estimate.goal.mean, np.sqrt(np.diag(estimate.goal.covariance))
     return (
-        f'A mentor {away:.2f} m away with its eyes {eyes}: I watch for {settings.observations} '
-        'head poses.'
+        f'Goal after {estimate.observations} observations: ({x:.2f} ± {dx:.2f}, {y:.2f} ± '
+        f'{dy:.2f}) m; turning the head to {neck_direction(estimate.neck[0])}.'
     )
 
 
-def goal_found(answer: Answer) -> str:
-    """What was inferred after the last observation."""
-    assert answer.goal is not None, 'Only observations say something about a goal.'
-    (x, y), (dx, dy) = answer.goal.mean, np.sqrt(np.diag(answer.goal.covariance))
-    return (
-        f'After {answer.observations} observations I believe that the mentor looks at '
-        f'({x:.2f} ± {dx:.2f}, {y:.2f} ± {dy:.2f}) m and turn my head to {turned(answer.neck[0])}.'
-    )
-
-
-def turned(angle: float) -> str:
-    """An angle of the neck, rad, in words: '38.6 degrees left'."""
+def neck_direction(angle: float) -> str:
+    """An angle of the neck, rad, as text: '38.6 degrees left'."""
     return f'{abs(math.degrees(angle)):.1f} degrees {"left" if angle >= 0 else "right"}'

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_inference.experience.exploration_policy import Policy
+from likeme_inference.experience.exploration_policy import ExplorationPolicy
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Counts, Pair, TrialKey, no_counts
 
@@ -25,7 +25,7 @@ class Campaign:
     name: str
     seed: int
     objects: tuple[str, ...]
-    policy: Policy
+    policy: ExplorationPolicy
 
     def key(self, pair: Pair, repetition: int) -> TrialKey:
         """The key of one of this campaign's trials."""

@@ -11,10 +11,10 @@ from likeme_core.tabletop import Action, State
 from likeme_inference.experience.trial import Counts, Pair
 from likeme_inference.tabletop.active_exploration import information_gain
 from likeme_inference.tabletop.domain import OUT_OF_REACH
-from likeme_inference.tabletop.shared_prior import fitted, shared_prior
+from likeme_inference.tabletop.shared_prior import fit_weights, shared_prior
 
 
-class Policy(Protocol):
+class ExplorationPolicy(Protocol):
     """Chooses what to try.
 
     Attributes:
@@ -84,7 +84,7 @@ class InformationGain:
         if sum(int(table.sum()) for table in counts.values()) >= self.trials:
             return None
         tables = np.array(list(counts.values()), dtype=np.float64)
-        prior = shared_prior(tables, fitted(tables, rounds=3))
+        prior = shared_prior(tables, fit_weights(tables, rounds=3))
         gain = information_gain(tables + prior, rng)
         pairs = [pair for pair in pairs_of(counts) if pair.x_i not in OUT_OF_REACH]
         index = {name: o for o, name in enumerate(counts)}

@@ -38,7 +38,7 @@ def trial_of_outcome(
     return Trial(key, x_f, motion, 0, version, outcome.stamp)
 
 
-class Experience:
+class ImitationExperience:
     """What a working robot knows: the model it started with, and all it did in earnest since."""
 
     def __init__(

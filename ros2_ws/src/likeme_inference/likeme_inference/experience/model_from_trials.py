@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from likeme_core.tabletop import State
-from likeme_inference.experience.store import ExperienceStore, Tally
+from likeme_inference.experience.store import EndStateCount, ExperienceStore
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 
 
@@ -21,7 +21,7 @@ def robot_model(
     return model_of_rows(name, rows_of(tallies))
 
 
-def rows_of(tallies: Sequence[Tally]) -> tuple[TrialCounts, ...]:
+def rows_of(tallies: Sequence[EndStateCount]) -> tuple[TrialCounts, ...]:
     """Rows of counts, one for each pair of each source."""
     return tuple(
         TrialCounts(pair.object, pair.x_i, pair.action, _ends(list(group)), source)
@@ -29,7 +29,7 @@ def rows_of(tallies: Sequence[Tally]) -> tuple[TrialCounts, ...]:
     )
 
 
-def source_of(tally: Tally) -> str:
+def source_of(tally: EndStateCount) -> str:
     """The key of a robot's campaign among a model's sources."""
     return f'{tally.robot}/{tally.campaign}'
 
@@ -42,7 +42,7 @@ def model_of_rows(name: str, rows: Sequence[TrialCounts]) -> RobotModel:
     return RobotModel(name, str(trials), sources or {'none': 'No trial yet.'}, tuple(rows))
 
 
-def _ends(group: Sequence[Tally]) -> tuple[int, ...]:
+def _ends(group: Sequence[EndStateCount]) -> tuple[int, ...]:
     found = {tally.x_f: tally.trials for tally in group}
     return tuple(found.get(state, 0) for state in State)
 

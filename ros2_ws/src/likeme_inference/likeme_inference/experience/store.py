@@ -49,7 +49,7 @@ class Recorded(NamedTuple):
         return Recorded(self.new + other.new, self.known + other.known, contradicting)
 
 
-class Tally(NamedTuple):
+class EndStateCount(NamedTuple):
     """How often a robot's trials of one pair in one campaign ended in one state."""
 
     robot: str
@@ -110,7 +110,7 @@ class ExperienceStore:
 
     def tallies(
         self, robots: Sequence[str] = (), campaigns: Sequence[str] = ()
-    ) -> tuple[Tally, ...]:
+    ) -> tuple[EndStateCount, ...]:
         """How trials ended, counted by the database; of all robots and campaigns unless named."""
         pair = (table.c.robot, table.c.campaign, table.c.object, table.c.x_i, table.c.action)
         query = select(*pair, table.c.x_f, func.count().label('trials'))
@@ -120,7 +120,7 @@ class ExperienceStore:
         with refusing(self._url, self._patience), self._engine.connect() as connection:
             rows = connection.execute(query).all()
         return tuple(
-            Tally(r.robot, r.campaign, Pair(r.object, State(r.x_i), Action(r.action)),
+            EndStateCount(r.robot, r.campaign, Pair(r.object, State(r.x_i), Action(r.action)),
                   State(r.x_f), r.trials)
             for r in rows
         )  # fmt: skip

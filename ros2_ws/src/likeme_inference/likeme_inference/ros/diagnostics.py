@@ -21,7 +21,7 @@ CAMERA_SILENCE = 2.0
 RECENT = 10.0
 
 
-class Health:
+class SessionDiagnostics:
     """Counts what happens and says once a second how the node does.
 
     Publishes /diagnostics (DiagnosticArray), 1 Hz by the steady clock, on behalf of its node.

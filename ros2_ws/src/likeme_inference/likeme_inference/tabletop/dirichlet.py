@@ -22,7 +22,7 @@ CONCENTRATION = 0.09
 STAY, AIMED, ELSEWHERE = 0.8, 1.35, 0.05
 
 
-class Interval(NamedTuple):
+class CredibleInterval(NamedTuple):
     """Credible bounds of p(X_f | X_i, A), each of shape [x_i, a, x_f]."""
 
     low: FloatArray
@@ -55,7 +55,7 @@ def aimed_prior(
     return prior
 
 
-def credible_interval(model: TransitionModel, level: float = 0.95) -> Interval:
+def credible_interval(model: TransitionModel, level: float = 0.95) -> CredibleInterval:
     """Equal-tailed credible bounds of every p(x_f | x_i, a) by itself.
 
     A model without a prior gets CONCENTRATION for this: maximum likelihood alone would be certain
@@ -76,7 +76,7 @@ def credible_interval(model: TransitionModel, level: float = 0.95) -> Interval:
     a, b = np.where(open_, ours, 1.0), np.where(open_, rest, 1.0)
     low = np.where(open_, special.betaincinv(a, b, tail), sure)
     high = np.where(open_, special.betaincinv(a, b, 1 - tail), sure)
-    return Interval(low, high)
+    return CredibleInterval(low, high)
 
 
 def leave_one_out(model: TransitionModel) -> float:

@@ -19,7 +19,7 @@ from likeme_inference.tabletop.values import Decision, GoalBelief, HelpRequest
 
 
 @dataclass(frozen=True)
-class Settings:
+class ImitationSettings:
     """What may change from one decision to the next.
 
     Attributes:
@@ -68,7 +68,7 @@ class Settings:
             raise ValueError(f'Expected 0 pseudo-counts or more, got {self.concentration:g}.')
 
 
-def believe(model: RobotModel, settings: Settings, demo: Demonstration) -> GoalBelief:
+def believe(model: RobotModel, settings: ImitationSettings, demo: Demonstration) -> GoalBelief:
     """Infer the goal of a demonstration by the robot's own model ("like me").
 
     Raises:
@@ -100,7 +100,7 @@ def believe(model: RobotModel, settings: Settings, demo: Demonstration) -> GoalB
 
 def decide(
     model: RobotModel,
-    settings: Settings,
+    settings: ImitationSettings,
     demo: Demonstration,
     view: TableSnapshot,
     number: int,
@@ -134,7 +134,7 @@ def decide(
     )
 
 
-def _goal_model(model: RobotModel, settings: Settings, name: str) -> GoalModel:
+def _goal_model(model: RobotModel, settings: ImitationSettings, name: str) -> GoalModel:
     return model.goal_model(
         name, settings.goal_prior, settings.policy, settings.concentration, settings.shared_prior
     )

@@ -16,7 +16,7 @@ from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.goal_model import GoalModel
-from likeme_inference.tabletop.shared_prior import fitted, shared_prior
+from likeme_inference.tabletop.shared_prior import fit_weights, shared_prior
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 #: Goal models that are kept for the next call. A decision needs one per object; others belong to
@@ -131,7 +131,7 @@ class RobotModel:
         if self.domain != TABLETOP:
             raise ValueError('Expected the states and actions of the tabletop, got others.')
         counts = np.array([known.counts for known in self.objects.values()], dtype=np.float64)
-        prior = shared_prior(counts, fitted(counts, rounds=3))
+        prior = shared_prior(counts, fit_weights(counts, rounds=3))
         return dict(zip(self.objects, prior, strict=True))
 
     def goal_model(

@@ -28,7 +28,7 @@ from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Mode, State
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import Settings, believe, decide
+from likeme_inference.tabletop.imitation import ImitationSettings, believe, decide
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.values import (
     Decision,
@@ -65,8 +65,8 @@ class ImitationSession:
         decision: the last decision, and the one under way while ACTING, ASKING or CONFIRMING.
     """
 
-    def __init__(self, model: RobotModel, settings: Settings | None = None) -> None:
-        self.settings = settings or Settings()
+    def __init__(self, model: RobotModel, settings: ImitationSettings | None = None) -> None:
+        self.settings = settings or ImitationSettings()
         self.phase = Phase.IDLE
         self.decision: Decision | None = None
         self.model = model

@@ -27,7 +27,7 @@ _STAY, _AIMED, _ELSEWHERE = (
 )
 
 
-class Weights(NamedTuple):
+class PriorWeights(NamedTuple):
     """Numbers of the prior; each a float or an array over leading axes (seeds)."""
 
     stay: FloatArray
@@ -36,10 +36,10 @@ class Weights(NamedTuple):
     share: FloatArray
 
 
-START = Weights(*(np.asarray(w) for w in (1.0, 1.0, 0.1, 0.1)))
+START = PriorWeights(*(np.asarray(w) for w in (1.0, 1.0, 0.1, 0.1)))
 
 
-def shared_prior(counts: FloatArray, weights: Weights) -> FloatArray:
+def shared_prior(counts: FloatArray, weights: PriorWeights) -> FloatArray:
     """Pseudo-counts for counts[..., object, x_i, a, x_f], of the same shape."""
     stay, aimed, elsewhere, share = (np.asarray(w)[..., None, None, None, None] for w in weights)
     others = counts.sum(axis=-4, keepdims=True) - counts
@@ -47,34 +47,34 @@ def shared_prior(counts: FloatArray, weights: Weights) -> FloatArray:
     return np.asarray(own + share * others)
 
 
-def fitted(counts: FloatArray, start: Weights = START, rounds: int = 1) -> Weights:
+def fit_weights(counts: FloatArray, start: PriorWeights = START, rounds: int = 1) -> PriorWeights:
     """The weights after `rounds` of coordinate search from `start`.
 
     counts: [..., object, x_i, a, x_f]; a search for each of the leading axes.
     """
     lead = counts.shape[:-4]
-    weights = Weights(*(np.array(np.broadcast_to(w, lead)) for w in start))
+    weights = PriorWeights(*(np.array(np.broadcast_to(w, lead)) for w in start))
     best = _log_posterior(counts, weights)
     for _ in range(rounds):
         for step in STEPS:
-            for name in Weights._fields:
+            for name in PriorWeights._fields:
                 for factor in (step, 1 / step):
                     weights, best = _moved(counts, weights, best, name, factor)
     return weights
 
 
 def _moved(
-    counts: FloatArray, weights: Weights, best: FloatArray, name: str, factor: float
-) -> tuple[Weights, FloatArray]:
+    counts: FloatArray, weights: PriorWeights, best: FloatArray, name: str, factor: float
+) -> tuple[PriorWeights, FloatArray]:
     """Move one number where that makes the trials more likely."""
     tried = weights._replace(**{name: getattr(weights, name) * factor})
     score = _log_posterior(counts, tried)
     better = score > best
-    kept = Weights(*(np.where(better, n, o) for n, o in zip(tried, weights, strict=True)))
+    kept = PriorWeights(*(np.where(better, n, o) for n, o in zip(tried, weights, strict=True)))
     return kept, np.asarray(np.where(better, score, best))
 
 
-def _log_posterior(counts: FloatArray, weights: Weights) -> FloatArray:
+def _log_posterior(counts: FloatArray, weights: PriorWeights) -> FloatArray:
     alpha = shared_prior(counts, weights)
     total, trials = alpha.sum(axis=-1), counts.sum(axis=-1)
     rows = (gammaln(alpha + counts) - gammaln(alpha)).sum(axis=-1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from likeme_core.tabletop import Action, State
-from likeme_inference.help_requests import ANSWERS_KEPT, AnswerRefusedError, HelpDesk
+from likeme_inference.help_requests import ANSWERS_KEPT, AnswerRefusedError, HelpRequests
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 
@@ -16,14 +16,14 @@ def request(number: int) -> HelpRequest:
 
 
 @pytest.fixture
-def desk() -> HelpDesk:
-    desk = HelpDesk()
+def desk() -> HelpRequests:
+    desk = HelpRequests()
     desk.add(request(2))
     desk.add(request(5))
     return desk
 
 
-def test_an_answer_takes_the_request_away(desk: HelpDesk) -> None:
+def test_an_answer_takes_the_request_away(desk: HelpRequests) -> None:
     answer = desk.answer(2, Reply.SKIP, ' Ada ')
 
     assert (answer.request.id, answer.reply, answer.answered_by) == (2, Reply.SKIP, 'Ada')
@@ -31,7 +31,7 @@ def test_an_answer_takes_the_request_away(desk: HelpDesk) -> None:
     assert [item.id for item in desk.pending] == [5]
 
 
-def test_a_second_answer_is_refused(desk: HelpDesk) -> None:
+def test_a_second_answer_is_refused(desk: HelpRequests) -> None:
     desk.answer(2, Reply.SKIP, 'Ada')
 
     with pytest.raises(AnswerRefusedError, match='2 was answered already: SKIP by Ada'):
@@ -47,7 +47,7 @@ def test_a_second_answer_is_refused(desk: HelpDesk) -> None:
     ],
 )
 def test_refused_answers_leave_the_request(
-    desk: HelpDesk, number: int, reply: int, name: str, message: str
+    desk: HelpRequests, number: int, reply: int, name: str, message: str
 ) -> None:
     with pytest.raises(AnswerRefusedError, match=message):
         desk.answer(number, reply, name)
@@ -56,11 +56,11 @@ def test_refused_answers_leave_the_request(
 
 def test_nothing_is_pending() -> None:
     with pytest.raises(AnswerRefusedError, match='Nothing is pending, got an answer to request 1'):
-        HelpDesk().answer(1, Reply.SKIP, 'Ada')
+        HelpRequests().answer(1, Reply.SKIP, 'Ada')
 
 
 def test_only_the_last_answers_are_remembered() -> None:
-    requests = HelpDesk()
+    requests = HelpRequests()
     for number in range(1, 2 * ANSWERS_KEPT + 1):
         requests.add(request(number))
         requests.answer(number, Reply.SKIP, 'Ada')

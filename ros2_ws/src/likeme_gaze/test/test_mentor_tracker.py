@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from head_poses import TO_LEFT, TO_RIGHT, TO_ROBOT, head, settings, yaw
 from hypothesis import given
 from hypothesis import strategies as st
-from mentors import TO_LEFT, TO_RIGHT, TO_ROBOT, head, settings, yaw
 
 from likeme_gaze import Gaussian, GazeFollower, GazeModel, Pose2
-from likeme_gaze.mentor.head_pose import Frames, heading, planar
-from likeme_gaze.mentor.mentor_tracker import Answer, MentorWatch
-from likeme_gaze.mentor.rejections import Refusals, RefusedError
+from likeme_gaze.mentor.head_pose import Frames, heading, project_to_plane
+from likeme_gaze.mentor.mentor_tracker import GazeEstimate, MentorTracker
+from likeme_gaze.mentor.rejections import RejectedInputError, RejectionCounter
 
 FRAMES = Frames('base_link', 'mentor', Pose2(600.0, 0.0, math.pi))
 angles = st.floats(-3.1, 3.1)
@@ -27,15 +27,17 @@ def model(points: int = 60) -> GazeModel:
     return settings(training_points=points).learning.model()
 
 
-def watch(**changes: Any) -> MentorWatch:
-    return MentorWatch(model(), settings(**changes).watching)
+def watch(**changes: Any) -> MentorTracker:
+    return MentorTracker(model(), settings(**changes).tracking)
 
 
-def look(watching: MentorWatch, angle: float, begin: float = 100.0, **more: Any) -> list[Answer]:
+def look(
+    tracker: MentorTracker, angle: float, begin: float = 100.0, **more: Any
+) -> list[GazeEstimate]:
     """Show one whole trial; the answers."""
-    watching.start(head(begin, **more))
-    seen = range(1, watching.settings.observations + 1)
-    answers = [watching.observe(head(begin + k, angle, **more)) for k in seen]
+    tracker.start(head(begin, **more))
+    seen = range(1, tracker.settings.observations + 1)
+    answers = [tracker.observe(head(begin + k, angle, **more)) for k in seen]
     return [answer for answer in answers if answer is not None]
 
 
@@ -59,7 +61,7 @@ def test_a_heading_is_the_yaw_whatever_pitch_and_roll(
 def test_metres_of_the_mentors_frame_become_centimetres_of_the_robots(
     x: float, y: float, turn: float
 ) -> None:
-    seen = planar(head(1, turn, (x, y, 1.5), 'mentor'), FRAMES)
+    seen = project_to_plane(head(1, turn, (x, y, 1.5), 'mentor'), FRAMES)
     assert seen.height == 1.5
     assert (seen.pose.x, seen.pose.y) == pytest.approx((600 - 100 * x, -100 * y))
     assert math.cos(seen.pose.heading - turn - math.pi) == pytest.approx(1.0)
@@ -78,14 +80,14 @@ def test_a_quaternion_is_normalised_within_the_tolerance() -> None:
         (head(1, place=(math.nan, 0, 0)), 'not finite', 'got (nan, 0, 0)'),
         (head(1, place=(0, math.inf, 0)), 'not finite', 'got (0, inf, 0)'),
         (head(1, orientation=(0, 0, math.nan, 1)), 'not finite', 'got (0, 0, nan, 1)'),
-        (head(1, orientation=(0, 0, 0, 0)), 'quaternion', 'of length 1 within 0.01, got 0.'),
+        (head(1, orientation=(0, 0, 0, 0)), 'quaternion', 'of norm 1 within 0.01, got 0.'),
         (head(1, orientation=(0, 0, 0.6, 0.9)), 'quaternion', 'got 1.082.'),
         (head(1, orientation=(0, 0.5**0.5, 0, 0.5**0.5)), 'no heading', 'straight up or down'),
     ],
 )
 def test_a_pose_that_cannot_be_used_is_refused(pose: Any, reason: str, why: str) -> None:
-    with pytest.raises(RefusedError) as refused:
-        planar(pose, FRAMES)
+    with pytest.raises(RejectedInputError) as refused:
+        project_to_plane(pose, FRAMES)
     assert refused.value.reason == reason
     assert why in str(refused.value)
 
@@ -129,81 +131,81 @@ def test_the_same_mentor_in_its_own_frame_and_a_robot_elsewhere() -> None:
 
 
 def refused_as(reason: str, act: Callable[[], object]) -> str:
-    with pytest.raises(RefusedError) as refused:
+    with pytest.raises(RejectedInputError) as refused:
         act()
     assert refused.value.reason == reason
     return str(refused.value)
 
 
 def test_observations_need_a_start_and_come_to_an_end() -> None:
-    watching = watch(observations=2)
-    said = refused_as('no start pose', lambda: watching.observe(head(1)))
+    tracker = watch(observations=2)
+    said = refused_as('no start pose', lambda: tracker.observe(head(1)))
     assert 'got none' in said
-    look(watching, TO_LEFT)
-    said = refused_as('enough seen', lambda: watching.observe(head(103)))
+    look(tracker, TO_LEFT)
+    said = refused_as('enough seen', lambda: tracker.observe(head(103)))
     assert said == 'Expected 2 head poses after a start pose, got one more.'
 
 
 def test_stamps_go_up() -> None:
-    watching = watch()
-    watching.start(head(100))
-    watching.observe(head(101, TO_LEFT))
-    said = refused_as('stamp', lambda: watching.observe(head(101, TO_LEFT)))
+    tracker = watch()
+    tracker.start(head(100))
+    tracker.observe(head(101, TO_LEFT))
+    said = refused_as('stamp', lambda: tracker.observe(head(101, TO_LEFT)))
     assert said.endswith('101.000 s, got 101.000 s.')
-    refused_as('stamp', lambda: watching.observe(head(99, TO_LEFT)))
-    assert watching.observations == 1
-    refused_as('stamp', lambda: watching.start(head(100.5)))
-    assert watching.observations == 1
+    refused_as('stamp', lambda: tracker.observe(head(99, TO_LEFT)))
+    assert tracker.observations == 1
+    refused_as('stamp', lambda: tracker.start(head(100.5)))
+    assert tracker.observations == 1
 
 
 def test_a_recording_may_begin_again() -> None:
-    watching = watch()
-    look(watching, TO_LEFT)
-    refused_as('stamp', lambda: watching.start(head(10)))
-    assert len(look(watching, TO_LEFT, 20)) == 5
+    tracker = watch()
+    look(tracker, TO_LEFT)
+    refused_as('stamp', lambda: tracker.start(head(10)))
+    assert len(look(tracker, TO_LEFT, 20)) == 5
 
 
 def test_a_start_pose_that_cannot_be_read_ends_the_mentor_before() -> None:
-    watching = watch()
-    watching.start(head(100))
-    refused_as('not finite', lambda: watching.start(head(101, place=(math.nan, 0, 0))))
-    refused_as('no start pose', lambda: watching.observe(head(102)))
+    tracker = watch()
+    tracker.start(head(100))
+    refused_as('not finite', lambda: tracker.start(head(101, place=(math.nan, 0, 0))))
+    refused_as('no start pose', lambda: tracker.observe(head(102)))
     with pytest.raises(ValueError, match='at least 10 cm from the agent'):
-        watching.start(head(103, place=(0.05, 0, 1)))
-    refused_as('no start pose', lambda: watching.observe(head(104)))
+        tracker.start(head(103, place=(0.05, 0, 1)))
+    refused_as('no start pose', lambda: tracker.observe(head(104)))
 
 
 @pytest.mark.parametrize('place', [(6.5, 0.0, 1.2), (1e300, 0.0, 1.2)])
 def test_a_mentor_who_walked_away_changes_nothing(place: tuple[float, float, float]) -> None:
-    watching = watch()
-    watching.start(head(100))
-    before = watching.observe(head(101, TO_LEFT))
+    tracker = watch()
+    tracker.start(head(100))
+    before = tracker.observe(head(101, TO_LEFT))
     with pytest.raises(ValueError, match='within 30 cm of its start place'):
-        watching.observe(head(102, TO_LEFT, place))
-    after = watching.observe(head(102, TO_LEFT))
+        tracker.observe(head(102, TO_LEFT, place))
+    after = tracker.observe(head(102, TO_LEFT))
     assert before is not None
     assert after is not None
     assert after.observations == 2
 
 
 def test_distances_find_their_head_poses_in_either_order() -> None:
-    watching = watch(use_distance=True, observations=3)
-    watching.start(head(100))
-    assert watching.observe(head(101, TO_LEFT)) is None
-    first = watching.measure(101 * 10**9, 4.24)
-    assert watching.measure(102 * 10**9, 4.24) is None
-    second = watching.observe(head(102, TO_LEFT))
-    assert watching.measure(999, 4.0) is None
-    refused_as('distance', lambda: watching.measure(103 * 10**9, -1.0))
-    refused_as('distance', lambda: watching.measure(103 * 10**9, math.nan))
+    tracker = watch(use_distance=True, observations=3)
+    tracker.start(head(100))
+    assert tracker.observe(head(101, TO_LEFT)) is None
+    first = tracker.observe_distance(101 * 10**9, 4.24)
+    assert tracker.observe_distance(102 * 10**9, 4.24) is None
+    second = tracker.observe(head(102, TO_LEFT))
+    assert tracker.observe_distance(999, 4.0) is None
+    refused_as('distance', lambda: tracker.observe_distance(103 * 10**9, -1.0))
+    refused_as('distance', lambda: tracker.observe_distance(103 * 10**9, math.nan))
     assert first is not None
     assert second is not None
     assert (first.observations, second.observations) == (1, 2)
     assert second.goal is not None
     np.testing.assert_allclose(second.goal.mean, (3.0, 3.0), atol=0.3)
     for k in range(10):
-        assert watching.observe(head(110 + k, TO_LEFT)) is None
-    said = refused_as('no distance', lambda: watching.observe(head(120, TO_LEFT)))
+        assert tracker.observe(head(110 + k, TO_LEFT)) is None
+    said = refused_as('no distance', lambda: tracker.observe(head(120, TO_LEFT)))
     assert 'got none for 11 of them' in said
 
 
@@ -216,7 +218,7 @@ def test_distances_find_their_head_poses_in_either_order() -> None:
         ({'mentor_pose': [1, 2, math.nan]}, 'Expected mentor_pose as 3 finite numbers'),
         ({'robot_head': None}, 'Expected robot_head as 3 finite numbers, got [None].'),
         ({'mentor_frame': 'base_link'}, "got 'base_link' twice"),
-        ({'head_joint': ''}, 'Expected a name as head_joint, got an empty one.'),
+        ({'head_joint': ''}, 'Expected a name as head_joint, got an empty string.'),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(change: dict[str, Any], why: str) -> None:
@@ -235,18 +237,20 @@ def test_too_few_training_points_are_refused() -> None:
 )
 def test_who_knows_opaque_blindfolds_does_not_follow_them(experience: str, follows: bool) -> None:
     chosen = settings(training_points=60, blindfold_experience=experience, mentor_blindfolded=True)
-    watching = MentorWatch(chosen.learning.model(), chosen.watching)
+    tracker = MentorTracker(chosen.learning.model(), chosen.tracking)
     turns = [
-        math.degrees(look(watching, a, b)[-1].neck[0])
-        for a, b in ((TO_LEFT, 100), (TO_RIGHT, 200))
+        math.degrees(look(tracker, a, b)[-1].neck[0]) for a, b in ((TO_LEFT, 100), (TO_RIGHT, 200))
     ]
     assert [turns[0] > 30, turns[1] < -30] == [follows] * 2
     assert follows or max(map(abs, turns)) < 30
 
 
 def test_refusals_are_counted_by_reason_and_said_once_in_a_while() -> None:
-    refusals = Refusals()
-    nan, frame = RefusedError('not finite', 'Bad.'), RefusedError('unknown frame', 'Odd.')
+    refusals = RejectionCounter()
+    nan, frame = (
+        RejectedInputError('not finite', 'Bad.'),
+        RejectedInputError('unknown frame', 'Odd.'),
+    )
     said = [refusals.add(error, now) for error, now in ((nan, 0.0), (nan, 1.0), (frame, 1.0))]
     assert said == [
         'Refused (not finite, 1 so far): Bad.', None, 'Refused (unknown frame, 1 so far): Odd.',
