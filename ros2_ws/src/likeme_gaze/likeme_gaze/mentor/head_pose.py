@@ -12,6 +12,8 @@ from likeme_gaze.mentor.rejections import RejectedInputError
 
 #: The gaze model uses cm.
 CM_PER_M = 100.0
+#: Largest coordinate or distance that is accepted, m; far greater ones overflow in the model.
+MAX_POSITION = 1e4
 #: Largest deviation of a quaternion's norm from 1 that is normalised; beyond it, it is rejected.
 NORM_TOLERANCE = 0.01
 #: Least horizontal part of a unit line of sight for a defined heading (84 degrees up or down).
@@ -64,7 +66,7 @@ def project_to_plane(head: HeadPose, frames: Frames) -> PlanarHead:
     """The head pose in the plane of the gaze model.
 
     Raises:
-        RejectedInputError: an unknown frame, values that are not finite, a quaternion that is not
+        RejectedInputError: an unknown frame, values out of range, a quaternion that is not
             of unit norm, or a line of sight straight up or down.
     """
     if head.frame not in (frames.base, frames.mentor):
@@ -75,6 +77,11 @@ def project_to_plane(head: HeadPose, frames: Frames) -> PlanarHead:
     if not all(map(math.isfinite, head.position)):
         raise RejectedInputError(
             'not finite', f'Expected a position of finite numbers, got {_written(head.position)}.'
+        )
+    if max(map(abs, head.position)) > MAX_POSITION:
+        raise RejectedInputError(
+            'position',
+            f'Expected a position within {MAX_POSITION:g} m, got {_written(head.position)}.',
         )
     x, y, height = head.position
     pose = Pose2(x * CM_PER_M, y * CM_PER_M, heading(head.orientation))

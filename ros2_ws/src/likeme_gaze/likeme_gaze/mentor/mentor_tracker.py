@@ -10,6 +10,7 @@ import numpy as np
 from likeme_gaze import Following, Gaussian, GazeFollower, GazeModel, Pose2
 from likeme_gaze.mentor.head_pose import (
     CM_PER_M,
+    MAX_POSITION,
     HeadPose,
     PlanarHead,
     belief_in_m,
@@ -122,13 +123,14 @@ class MentorTracker:
         """Add the fixation distance, m, of the head pose with this stamp; None until that arrives.
 
         Raises:
-            ValueError: a distance that is not positive and finite, or as `observe`.
+            ValueError: a distance out of range, or as `observe`.
         """
         if not self.settings.use_distance:
             return None
-        if not (math.isfinite(distance) and distance > 0):
+        if not 0 < distance <= MAX_POSITION:
             raise RejectedInputError(
-                'distance', f'Expected a distance of more than 0 m, got {distance:g}.'
+                'distance',
+                f'Expected a distance above 0 and up to {MAX_POSITION:g} m, got {distance:g}.',
             )
         if stamp in self._poses:
             return self._observe(self._poses.pop(stamp), distance)

@@ -86,7 +86,9 @@ def ellipse_95(goal: Gaussian, corners: int = 64) -> FloatArray:
     """The border of the 95 % region of a belief in the plane, closed (corners + 1, 2)."""
     angle = np.linspace(0.0, 2 * np.pi, corners + 1)
     circle = RADIUS_95 * np.stack([np.cos(angle), np.sin(angle)])
-    return np.asarray(goal.mean + (np.linalg.cholesky(goal.covariance) @ circle).T)
+    # A goal that is known along an axis has a singular covariance.
+    variances, axes = np.linalg.eigh(goal.covariance)
+    return np.asarray(goal.mean + (axes * np.sqrt(np.maximum(variances, 0)) @ circle).T)
 
 
 def _header(estimate: GazeEstimate, frame: str) -> Header:

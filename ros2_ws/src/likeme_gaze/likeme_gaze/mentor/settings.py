@@ -11,7 +11,7 @@ import numpy as np
 
 from likeme_core.settings import Setting
 from likeme_gaze import GazeModel, Pose2, SimulationSetup, blindfolded_experience, self_experience
-from likeme_gaze.mentor.head_pose import CM_PER_M, Frames, in_cm
+from likeme_gaze.mentor.head_pose import CM_PER_M, MAX_POSITION, Frames, in_cm
 
 
 class BlindfoldExperience(StrEnum):
@@ -199,4 +199,6 @@ def _numbers(values: Mapping[str, Any], key: str, count: int) -> tuple[float, ..
     finite = all(isinstance(n, int | float) and math.isfinite(n) for n in numbers)
     if len(numbers) != count or not finite:
         raise ValueError(f'Expected {key} as {count} finite numbers, got {numbers}.')
+    if max(map(abs, numbers)) > MAX_POSITION:
+        raise ValueError(f'Expected {key} within +-{MAX_POSITION:g}, got {numbers}.')
     return tuple(float(number) for number in numbers)
