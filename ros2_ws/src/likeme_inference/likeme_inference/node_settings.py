@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from likeme_core.settings import Setting
-from likeme_core.tabletop import Mode
+from likeme_core.tabletop import Mode, State
 from likeme_inference.experience.imitation_experience import ImitationExperience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.imitation import ImitationSettings
+from likeme_inference.tabletop.model_parser import ModelFileError
 from likeme_inference.tabletop.robot_model import RobotModel
 
 #: More would be no plan but stubbornness.
@@ -72,7 +73,11 @@ def read_model(path: str) -> RobotModel:
     """
     if not path:
         return model_file.shipped()
-    return model_file.load_tabletop(Path(path).expanduser())
+    try:
+        expanded = Path(path).expanduser()
+    except RuntimeError as error:
+        raise ModelFileError(f'{path}: {error}') from error
+    return model_file.load_tabletop(expanded)
 
 
 def open_experience(values: Mapping[str, Any], learned: RobotModel) -> ImitationExperience | None:
@@ -114,8 +119,16 @@ def read_settings(values: Mapping[str, Any]) -> ImitationSettings:
         concentration=values['concentration'],
         shared_prior=values['shared_prior'],
         soft_evidence=values['soft_evidence'],
-        goal_prior=tuple(values['goal_prior']),
+        goal_prior=_probabilities('goal_prior', values['goal_prior']),
         turn_timeout=values['turn_timeout'],
         turn_delay=values['turn_delay'],
         outcome_timeout=values['outcome_timeout'],
     )
+
+
+def _probabilities(name: str, value: Any) -> tuple[float, ...]:
+    """A list parameter of one number per state; its element type may be anything."""
+    numbers = not isinstance(value, str) and isinstance(value, Iterable)
+    if not numbers or not all(isinstance(p, (int, float)) for p in value):
+        raise ValueError(f'Expected {name} as {len(State)} probabilities, got {value!r}.')
+    return tuple(value)

@@ -24,6 +24,7 @@ from likeme_inference.experience.trial_file import TrialFileError, load, parse, 
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.values import Decision, Outcome, Result
 
 OBJECTS = ('pear', 'lemon', 'chicken')
@@ -198,6 +199,17 @@ def test_what_says_nothing_of_the_robots_skill_is_no_trial(
     experience = ImitationExperience(store, 'robot', '0.1.0', shipped())
     assert experience.record_outcome(decision(), ending) is None
     assert not list(store.trials())
+
+
+@pytest.mark.parametrize('name', ['', ' robot', 'end', '#1', 'x' * 101])
+def test_names_that_no_trial_can_have_are_rejected_at_the_start(
+    store: ExperienceStore, name: str
+) -> None:
+    rows = (TrialCounts(name or ' ', 0, 0, (1, 0, 0), 'a'),)
+    with pytest.raises(ValueError, match='Expected a name of 1 to 100 printable characters'):
+        ImitationExperience(store, 'robot', '0.1.0', RobotModel('m', '1', {'a': 'A.'}, rows))
+    with pytest.raises(ValueError, match='Expected a name of 1 to 100 printable characters'):
+        ImitationExperience(store, name, '0.1.0', shipped())
 
 
 def test_another_decisions_outcome_is_refused(store: ExperienceStore) -> None:

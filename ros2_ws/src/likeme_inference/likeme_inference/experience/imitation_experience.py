@@ -5,7 +5,7 @@ from __future__ import annotations
 from likeme_core.outcomes import Actor
 from likeme_inference.experience.model_from_trials import model_of_rows, rows_of, source_of
 from likeme_inference.experience.store import ExperienceStore
-from likeme_inference.experience.trial import COUNTED, Pair, Trial, TrialKey
+from likeme_inference.experience.trial import COUNTED, Pair, Trial, TrialKey, check_name
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.values import Decision, Outcome
 
@@ -44,7 +44,14 @@ class ImitationExperience:
     def __init__(
         self, store: ExperienceStore, robot: str, version: str, learned: RobotModel
     ) -> None:
-        """learned: from before, e.g. of a model file."""
+        """learned: the model at the start, e.g. of a model file.
+
+        Raises:
+            ValueError: the robot or an object has a name that no trial can have.
+            StoreError: the store cannot be read.
+        """
+        for name in (robot, *learned.objects):
+            check_name(name)
         self._store, self._robot, self._version = store, robot, version
         self._learned = learned
         self.model = self._with_imitations()

@@ -48,6 +48,21 @@ class Place(NamedTuple):
     yaw: float
 
 
+def check_name(name: str) -> None:
+    """Check the name of a robot, a campaign or an object.
+
+    Raises:
+        ValueError: a name that a trial file or a database row cannot hold.
+    """
+    printable = 0 < len(name) <= 100 and name.isprintable() and name == name.strip()
+    # A leading # starts a comment in trial and model files, "end" their last line.
+    if not printable or name.startswith('#') or name == 'end':
+        raise ValueError(
+            'Expected a name of 1 to 100 printable characters, without spaces around it '
+            f'or a # in front, and not "end", got {name!r}.'
+        )
+
+
 @dataclass(frozen=True)
 class TrialKey:
     """Which trial: the same key names the same trial, whoever makes it, wherever it is kept.
@@ -65,13 +80,7 @@ class TrialKey:
 
     def __post_init__(self) -> None:
         for name in (self.robot, self.campaign, self.pair.object):
-            printable = 0 < len(name) <= 100 and name.isprintable() and name == name.strip()
-            # Text files of trials and models say something else by these.
-            if not printable or name.startswith('#') or name == 'end':
-                raise ValueError(
-                    'Expected a name of 1 to 100 printable characters, without spaces around it '
-                    f'or a # in front, and not "end", got {name!r}.'
-                )
+            check_name(name)
         if self.repetition < 0:
             raise ValueError(f'Expected a repetition of 0 or more, got {self.repetition}.')
 
