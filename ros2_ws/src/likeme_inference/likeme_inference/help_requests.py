@@ -1,4 +1,4 @@
-"""Requests for help and the rules of answering them: the core of the ask_human service."""
+"""Pending and answered requests for help: the logic of the ask_human service."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ ANSWERS_KEPT = 100
 
 
 class AnswerRefusedError(ValueError):
-    """An answer that cannot be accepted, in one sentence."""
+    """An answer that cannot be accepted."""
 
 
 @dataclass(frozen=True)
@@ -25,12 +25,12 @@ class AcceptedAnswer:
 
     @property
     def sentence(self) -> str:
-        """What was accepted."""
+        """Log message of the accepted answer."""
         return f'Request {self.request.id} answered by {self.answered_by}: {self.reply.name}.'
 
 
 class HelpRequests:
-    """Keeps the questions that wait for an answer, and remembers those that had one."""
+    """Pending requests, and the latest accepted answers."""
 
     def __init__(self) -> None:
         self._pending: dict[int, HelpRequest] = {}
@@ -38,19 +38,19 @@ class HelpRequests:
 
     @property
     def pending(self) -> tuple[HelpRequest, ...]:
-        """Requests that wait for an answer, oldest first."""
+        """Requests without an answer, oldest first."""
         return tuple(self._pending.values())
 
     def add(self, request: HelpRequest) -> None:
-        """Put up a question."""
+        """Add a pending request."""
         self._pending[request.id] = request
 
     def answer(self, request_id: int, reply: int, answered_by: str) -> AcceptedAnswer:
         """Accept an answer; the request is no longer pending.
 
         Raises:
-            AnswerRefusedError: second answer, nothing pending, unknown request, an answer that
-                is no Reply, or nobody's name to it.
+            AnswerRefusedError: a second answer, nothing pending, an unknown request, a number that
+                is not a Reply, or an empty name.
         """
         if request_id in self._answered:
             before = self._answered[request_id]
@@ -68,7 +68,7 @@ class HelpRequests:
             known = ', '.join(f'{r.value} {r.name}' for r in Reply)
             raise AnswerRefusedError(f'Expected an answer out of {known}, got {reply}.')
         if not answered_by.strip():
-            raise AnswerRefusedError('Expected the name of who answers, got an empty one.')
+            raise AnswerRefusedError('Expected the name of the operator, got an empty one.')
         answer = AcceptedAnswer(self._pending.pop(request_id), Reply(reply), answered_by.strip())
         if len(self._answered) == ANSWERS_KEPT:
             self._answered.pop(next(iter(self._answered)))

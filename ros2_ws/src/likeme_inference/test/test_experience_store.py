@@ -174,7 +174,7 @@ def test_what_is_no_store_of_this_version_is_refused_untouched(
 
 
 def test_a_locked_store_is_refused_and_keeps_what_it_has(path: Path) -> None:
-    with closing(ExperienceStore(str(path), patience=0.2)) as store:
+    with closing(ExperienceStore(str(path), lock_timeout=0.2)) as store:
         store.record([trial(0)])
         with closing(sqlite3.connect(path, isolation_level=None)) as other:
             other.execute('BEGIN IMMEDIATE')

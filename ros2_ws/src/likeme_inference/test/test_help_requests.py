@@ -1,4 +1,4 @@
-"""Who may answer what, and how often."""
+"""Rules for answers to requests for help."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ def request(number: int) -> HelpRequest:
 
 
 @pytest.fixture
-def desk() -> HelpRequests:
-    desk = HelpRequests()
-    desk.add(request(2))
-    desk.add(request(5))
-    return desk
+def requests() -> HelpRequests:
+    requests = HelpRequests()
+    requests.add(request(2))
+    requests.add(request(5))
+    return requests
 
 
-def test_an_answer_takes_the_request_away(desk: HelpRequests) -> None:
-    answer = desk.answer(2, Reply.SKIP, ' Ada ')
+def test_an_answer_takes_the_request_away(requests: HelpRequests) -> None:
+    answer = requests.answer(2, Reply.SKIP, ' Ada ')
 
     assert (answer.request.id, answer.reply, answer.answered_by) == (2, Reply.SKIP, 'Ada')
     assert answer.sentence == 'Request 2 answered by Ada: SKIP.'
-    assert [item.id for item in desk.pending] == [5]
+    assert [item.id for item in requests.pending] == [5]
 
 
-def test_a_second_answer_is_refused(desk: HelpRequests) -> None:
-    desk.answer(2, Reply.SKIP, 'Ada')
+def test_a_second_answer_is_refused(requests: HelpRequests) -> None:
+    requests.answer(2, Reply.SKIP, 'Ada')
 
     with pytest.raises(AnswerRefusedError, match='2 was answered already: SKIP by Ada'):
-        desk.answer(2, Reply.DONE_BY_HAND, 'Bob')
+        requests.answer(2, Reply.DONE_BY_HAND, 'Bob')
 
 
 @pytest.mark.parametrize(
@@ -43,15 +43,15 @@ def test_a_second_answer_is_refused(desk: HelpRequests) -> None:
     [
         (7, 0, 'Ada', r'one of the pending requests \[2, 5\], got 7'),
         (2, 3, 'Ada', '0 DONE_BY_HAND, 1 TRY_ANYWAY, 2 SKIP, got 3'),
-        (2, 0, '  ', 'Expected the name of who answers'),
+        (2, 0, '  ', 'Expected the name of the operator'),
     ],
 )
 def test_refused_answers_leave_the_request(
-    desk: HelpRequests, number: int, reply: int, name: str, message: str
+    requests: HelpRequests, number: int, reply: int, name: str, message: str
 ) -> None:
     with pytest.raises(AnswerRefusedError, match=message):
-        desk.answer(number, reply, name)
-    assert [item.id for item in desk.pending] == [2, 5]
+        requests.answer(number, reply, name)
+    assert [item.id for item in requests.pending] == [2, 5]
 
 
 def test_nothing_is_pending() -> None:

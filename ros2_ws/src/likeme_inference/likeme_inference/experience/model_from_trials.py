@@ -1,4 +1,4 @@
-"""The robot's transition model as a view of its experience: counts by source, never kept apart."""
+"""Robot models computed from the trials in an experience store."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ def robot_model(
     robots: Sequence[str] = (),
     campaigns: Sequence[str] = (),
 ) -> RobotModel:
-    """The model that follows from trials: of all robots and campaigns unless they are named."""
+    """The model of the recorded trials; of all robots and campaigns unless named."""
     tallies = store.tallies(robots, campaigns)
     return model_of_rows(name, rows_of(tallies))
 
 
 def rows_of(tallies: Sequence[EndStateCount]) -> tuple[TrialCounts, ...]:
-    """Rows of counts, one for each pair of each source."""
+    """Rows of counts, one per pair and source."""
     return tuple(
         TrialCounts(pair.object, pair.x_i, pair.action, _ends(list(group)), source)
         for (source, pair), group in groupby(tallies, lambda t: (source_of(t), t.pair))
@@ -30,15 +30,15 @@ def rows_of(tallies: Sequence[EndStateCount]) -> tuple[TrialCounts, ...]:
 
 
 def source_of(tally: EndStateCount) -> str:
-    """The key of a robot's campaign among a model's sources."""
+    """The source key of a robot's campaign."""
     return f'{tally.robot}/{tally.campaign}'
 
 
 def model_of_rows(name: str, rows: Sequence[TrialCounts]) -> RobotModel:
-    """A model of rows whose sources are campaigns; its version is how many trials it holds."""
+    """A model of rows whose sources are campaigns; its version is the number of trials."""
     trials = sum(sum(row.counts) for row in rows)
     sources = {row.source: _sentence(row.source) for row in rows}
-    # A model file has at least one source.
+    # A model file needs at least one source.
     return RobotModel(name, str(trials), sources or {'none': 'No trial yet.'}, tuple(rows))
 
 
