@@ -8,7 +8,7 @@ from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import State
 from likeme_experiments.learning.trial_observation import (
     ObservedObject,
-    TableObservation,
+    ObservedTable,
     TrialVoidError,
     require_counted_motion,
     state_and_place,
@@ -19,7 +19,7 @@ from likeme_inference.tabletop.values import MotionReport
 
 def test_occluded_and_unknown_objects_void_the_trial() -> None:
     covered, seen = ObservedObject(None, None), ObservedObject(State.LEFT, Place(0.4, 0.1, 0.0))
-    table = TableObservation(1, True, {'pear': covered, 'lemon': seen})
+    table = ObservedTable(1, True, {'pear': covered, 'lemon': seen})
     assert state_and_place(table, 'lemon') == (State.LEFT, seen.place)
     with pytest.raises(TrialVoidError, match='The pear stayed covered'):
         state_and_place(table, 'pear')

@@ -15,7 +15,7 @@ from likeme_core.tabletop import State
 from likeme_perception.background import Background
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import Catalogue
-from likeme_perception.observation import ObjectObservation, TableObservation
+from likeme_perception.observation import ObjectObservation, ObservedTable
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 
@@ -42,7 +42,7 @@ class Eyes:
         self._cell, self._config = cell, config
         self._perception = TabletopPerception(config, Intrinsics(*lens), known)
         self._perception.background = background
-        self._table: TableObservation | None = None
+        self._table: ObservedTable | None = None
         self._due, self._earliest = 0.0, 0.0
         self._awaited: State | None = None
 
@@ -53,7 +53,7 @@ class Eyes:
             self.see()
         return self._perception.background
 
-    def at_rest(self) -> TableObservation:
+    def at_rest(self) -> ObservedTable:
         """Let time pass until the camera sees the whole table at rest, or for long enough."""
         table, until = self.see(), self._cell.time + PATIENCE
         pause = self._config.settle_time
@@ -74,7 +74,7 @@ class Eyes:
             self._due = self._next(table.object(name))
         return object_view(table.object(name))
 
-    def see(self) -> TableObservation:
+    def see(self) -> ObservedTable:
         """A new frame, read."""
         images = self._cell.frame()
         stamp, depth = round(self._cell.time * 1e9), depth_in_metres(images.depth_mm)

@@ -27,7 +27,7 @@ class ObservedObject(NamedTuple):
 
 
 @dataclass(frozen=True)
-class TableObservation:
+class ObservedTable:
     """One table state; stamp in ns. settled: no hand, no arm, everything at rest."""
 
     stamp: int
@@ -35,7 +35,7 @@ class TableObservation:
     objects: Mapping[str, ObservedObject]
 
 
-def state_and_place(table: TableObservation, name: str) -> tuple[State, Place | None]:
+def state_and_place(table: ObservedTable, name: str) -> tuple[State, Place | None]:
     """State and place of an object.
 
     Raises:

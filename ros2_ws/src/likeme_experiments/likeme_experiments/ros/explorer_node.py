@@ -17,7 +17,7 @@ from likeme_core.tabletop import State
 from likeme_experiments.learning.trial_observation import (
     CellGoneError,
     ObservedObject,
-    TableObservation,
+    ObservedTable,
     TrialVoidError,
     require_counted_motion,
     state_and_place,
@@ -61,7 +61,7 @@ class ExplorerNode(Node):
         self._between_spins = between_spins
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self)
-        self._table: TableObservation | None = None
+        self._table: ObservedTable | None = None
         self._heard = time.monotonic()
         self._glanced, self._cast = 0.0, frozenset[bytes]()
         self.create_subscription(TableState, 'table_state', self._on_table, 1)
@@ -130,14 +130,14 @@ class ExplorerNode(Node):
                 raise TrialVoidError(f'The table was not set up: {answer.message}')
             self._pause(RESET_PAUSE)
 
-    def _at_rest(self, not_before: int) -> TableObservation:
+    def _at_rest(self, not_before: int) -> ObservedTable:
         """The first table state after a stamp (ns) in which all is at rest.
 
         What does not come to rest in time is taken as it is.
         """
         last = not_before + round(REST_TIMEOUT * SECOND)
 
-        def rested() -> TableObservation | None:
+        def rested() -> ObservedTable | None:
             table = self._sighting()
             good = table.stamp >= not_before and (table.settled or table.stamp > last)
             return table if good else None
@@ -183,7 +183,7 @@ class ExplorerNode(Node):
         found = [info for topic in topics for info in self.get_publishers_info_by_topic(topic)]
         return frozenset(bytes(info.endpoint_gid) for info in found)
 
-    def _sighting(self) -> TableObservation:
+    def _sighting(self) -> ObservedTable:
         if self._table is None:
             raise CellGoneError('The camera has not seen anything yet.')
         return self._table
@@ -200,10 +200,10 @@ class ExplorerNode(Node):
         self._table, self._heard = table, time.monotonic()
 
 
-def read_sighting(message: TableState) -> TableObservation:
+def read_sighting(message: TableState) -> ObservedTable:
     """A table state as the explorer keeps it."""
     objects = {item.name: _seen(item) for item in message.objects}
-    return TableObservation(stamp_ns(message.header.stamp), message.settled, objects)
+    return ObservedTable(stamp_ns(message.header.stamp), message.settled, objects)
 
 
 def _seen(item: ObjectState) -> ObservedObject:
