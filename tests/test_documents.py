@@ -9,10 +9,17 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = sorted([ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *(ROOT / 'docs').glob('*.md')])
+DOCUMENTS = sorted(
+    [
+        ROOT / 'README.md',
+        ROOT / 'CONTRIBUTING.md',
+        *(ROOT / 'docs').rglob('*.md'),
+        *(ROOT / 'ros2_ws' / 'src').glob('*/README.md'),
+    ]
+)
 
 
-@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_examples(document: Path) -> None:
     found = doctest.testfile(str(document), module_relative=False, encoding='utf-8')
 
@@ -21,7 +28,7 @@ def test_examples(document: Path) -> None:
     assert found.attempted == prompts
 
 
-@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_links(document: Path) -> None:
     links = re.findall(r'\]\(([^)#\s]+)', document.read_text('utf-8'))
     gone = [link for link in links if '://' not in link and not (document.parent / link).exists()]

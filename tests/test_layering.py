@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
@@ -62,6 +63,16 @@ def name_of(path: Path) -> str:
 def test_every_package_is_in_the_table() -> None:
     there = {path.name for path in SOURCES.iterdir() if (path / path.name).is_dir()}
     assert there == set(PACKAGES)
+
+
+def test_the_table_is_that_of_the_architecture() -> None:
+    text = (SOURCES.parents[1] / 'docs' / 'architecture.md').read_text(encoding='utf-8')
+    rows = re.findall(r'^\| `(likeme_\w+)` \|.*\|([^|]*)\|$', text, re.M)
+    written = {
+        name: {f'likeme_{w.strip()}' for w in may.split(',') if w.strip()} for name, may in rows
+    }
+    assert written.pop('likeme_msgs') == set()
+    assert written == MAY_IMPORT
 
 
 @pytest.mark.parametrize('package', PACKAGES)
