@@ -20,7 +20,7 @@ from likeme_experiments.learning.observed_cell import distance_to_state
 from likeme_experiments.learning.offline import NoClusterError, dask_crew, learn, learn_locally
 from likeme_experiments.learning.trial_cell import TrialFailedError, make_trial, simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
-from likeme_inference.experience.policy import Random
+from likeme_inference.experience.exploration_policy import Random
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 from likeme_inference.tabletop.model_file import load

@@ -25,14 +25,14 @@ from likeme_experiments.ros.gaze_mentor_node import (
     MentorNode,
     mentor,
 )
-from likeme_gaze.mentor.settings import Blindfold
+from likeme_gaze.mentor.settings import BlindfoldExperience
 
 #: s a gaze node has to end after SIGINT.
 GRACE = 10.0
 KNOWS = {
-    Blindfold.NONE: 'never wore a blindfold',
-    Blindfold.WINDOWED: 'wore a blindfold with windows',
-    Blindfold.OPAQUE: 'wore an opaque blindfold',
+    BlindfoldExperience.NONE: 'never wore a blindfold',
+    BlindfoldExperience.WINDOWED: 'wore a blindfold with windows',
+    BlindfoldExperience.OPAQUE: 'wore an opaque blindfold',
 }
 
 
@@ -42,7 +42,7 @@ def main(
         bool, typer.Option('--blindfold', help='The mentor wears an opaque blindfold (Fig 6).')
     ] = False,
     experience: Annotated[
-        Blindfold | None,
+        BlindfoldExperience | None,
         typer.Option(
             help='What the robot knows of blindfolds; with --blindfold: none and opaque.'
         ),
@@ -64,9 +64,9 @@ def main(
 
     Exit code 0: all trials were answered. 1: one was not, or there is no gaze node. 2: usage.
     """
-    groups = [experience] if experience else [Blindfold.NONE]
+    groups = [experience] if experience else [BlindfoldExperience.NONE]
     if blindfold and not experience:
-        groups = [Blindfold.NONE, Blindfold.OPAQUE]
+        groups = [BlindfoldExperience.NONE, BlindfoldExperience.OPAQUE]
     wanted = {'mentor_blindfolded': blindfold, 'use_distance': distance}
     # A name of its own: a second gaze node on this domain is not taken for it.
     name = f'{GAZE_NODE}_{os.getpid()}' if start else GAZE_NODE
@@ -85,7 +85,9 @@ def main(
         raise typer.Exit(130) from None
 
 
-def _play(person: MentorNode, count: int, seed: int, group: Blindfold, blindfold: bool) -> None:
+def _play(
+    person: MentorNode, count: int, seed: int, group: BlindfoldExperience, blindfold: bool
+) -> None:
     """Play all trials and print them."""
     scene, learned = person.scene(), person.parameters(('training_points',))
     eyes = 'under an opaque blindfold' if blindfold else 'with open eyes'

@@ -15,7 +15,7 @@ from likeme_gaze import Gaussian, Pose2, SimulationSetup
 from likeme_gaze.beliefs import mahalanobis
 from likeme_gaze.blindfold import THRESHOLDS, TURN
 from likeme_gaze.mentor.head_pose import CM_PER_M
-from likeme_gaze.mentor.sentences import turned
+from likeme_gaze.mentor.log_messages import neck_direction
 from likeme_gaze.simulation import DEGREE, aim, execute
 
 #: What counts as following, rad: the paper's threshold.
@@ -127,7 +127,7 @@ def line(number: int, scene: Scene, trial: Trial, reply: Reply) -> str:
     held = 'yes' if inside(trial, reply) else 'no'
     return (
         f'{number:5}  {f"{side:5} ({x:.2f}, {y:.2f}) m":22}  {believed(reply.goal):32}  {held:6}  '
-        f'{turned(turn):19}  {signed(score(trial, turn)):>5}'
+        f'{neck_direction(turn):19}  {signed(score(trial, turn)):>5}'
     )
 
 

@@ -30,9 +30,9 @@ from likeme_experiments.learning.store_commands import (
     open_store,
     summary_command,
 )
+from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError
-from likeme_inference.experience.sighting import CellGoneError, TrialVoidError
 from likeme_inference.experience.store import ExperienceStore
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)

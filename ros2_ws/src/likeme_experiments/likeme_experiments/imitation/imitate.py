@@ -11,7 +11,7 @@ from likeme_experiments.evaluation.episode import Ending
 from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, Estimate
 from likeme_experiments.imitation.imitation_cell import Stage
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import Settings
+from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.values import Decision, Outcome, Remark, Reply
@@ -19,17 +19,17 @@ from likeme_inference.tabletop.values import Decision, Outcome, Remark, Reply
 Told = Decision | Outcome | Remark | None
 
 
-def settings_of(mode: Mode, estimate: Estimate) -> Settings:
+def settings_of(mode: Mode, estimate: Estimate) -> ImitationSettings:
     """The robot's settings: sequential asks when it can do no more, interactive below half."""
     threshold = 0.0 if mode is Mode.SEQUENTIAL else THRESHOLD
-    return Settings(
+    return ImitationSettings(
         mode, threshold, BUDGET, concentration=estimate.concentration,
         shared_prior=estimate.shared, turn_delay=0.0,
     )  # fmt: skip
 
 
 def imitate(
-    stage: Stage, model: RobotModel, settings: Settings, acts: Sequence[Demonstration]
+    stage: Stage, model: RobotModel, settings: ImitationSettings, acts: Sequence[Demonstration]
 ) -> Ending:
     """Let the robot imitate what it saw; if it asks, a person does it by hand."""
     session = ImitationSession(model, settings)

@@ -7,7 +7,12 @@ from enum import StrEnum
 
 from likeme_core.tabletop import Action, State
 from likeme_inference.experience.campaign import Campaign
-from likeme_inference.experience.policy import InformationGain, Policy, Random, Systematic
+from likeme_inference.experience.exploration_policy import (
+    ExplorationPolicy,
+    InformationGain,
+    Random,
+    Systematic,
+)
 
 
 class PolicyName(StrEnum):
@@ -20,7 +25,7 @@ class PolicyName(StrEnum):
 
 #: Name -> (objects, repetitions, trials or None) -> policy. Another policy is another line here
 #: and another name above.
-POLICIES: dict[PolicyName, Callable[[int, int, int | None], Policy]] = {
+POLICIES: dict[PolicyName, Callable[[int, int, int | None], ExplorationPolicy]] = {
     PolicyName.SYSTEMATIC: lambda _objects, repetitions, _trials: Systematic(repetitions),
     PolicyName.RANDOM: lambda objects, repetitions, trials: Random(
         objects * len(State) * len(Action) * repetitions if trials is None else trials

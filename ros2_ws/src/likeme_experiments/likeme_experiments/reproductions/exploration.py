@@ -15,7 +15,7 @@ from likeme_experiments.evaluation.exploration import (
 from likeme_experiments.reproductions.exploration_figure import curves_figure
 from likeme_experiments.reproductions.models import LEARNED, model_of
 from likeme_experiments.reproductions.report import Options, Report, Reproduction
-from likeme_inference.tabletop.exploration import help_rate
+from likeme_inference.tabletop.active_exploration import help_rate
 from likeme_inference.tabletop.robot_model import RobotModel
 
 SEEDS = 200

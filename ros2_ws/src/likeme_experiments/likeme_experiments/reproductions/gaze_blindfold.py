@@ -22,7 +22,7 @@ from likeme_experiments.evaluation.blindfold_told import (
     told_right,
 )
 from likeme_experiments.reproductions.report import Options, Report, Reproduction
-from likeme_gaze.blindfold import EXECUTIONS, POINTS, THRESHOLDS, TRIALS, Group
+from likeme_gaze.blindfold import EXECUTIONS, POINTS, THRESHOLDS, TRIALS, InfantGroup
 from likeme_gaze.simulation import DEGREE
 
 #: Twenty agents in each of the paper's three groups.
@@ -57,7 +57,7 @@ def figure_6(options: Options) -> Report:
     return Report(document, _table(document), figure)
 
 
-def all_turns(group: Group, seeds: range, workers: int) -> NDArray[np.float64]:
+def all_turns(group: InfantGroup, seeds: range, workers: int) -> NDArray[np.float64]:
     """Turns of AGENTS agents for every seed, rad (agents, trials)."""
     with ProcessPoolExecutor(workers) as pool:
         return np.concatenate(list(pool.map(group_turns, seeds, repeat(group), repeat(AGENTS))))
@@ -78,7 +78,7 @@ def told_by_movements(seeds: range, workers: int) -> dict[str, Any]:
     }
 
 
-def _entry(group: Group, turned: NDArray[np.float64]) -> dict[str, Any]:
+def _entry(group: InfantGroup, turned: NDArray[np.float64]) -> dict[str, Any]:
     return {
         'name': group.name,
         'experience': group.experience.value,

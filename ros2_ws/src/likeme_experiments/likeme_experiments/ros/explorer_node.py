@@ -14,15 +14,15 @@ from sensor_msgs.msg import JointState
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_core.tabletop import State
-from likeme_inference import messages
-from likeme_inference.experience.sighting import (
+from likeme_experiments.learning.trial_observation import (
     CellGoneError,
-    SeenObject,
-    Sighting,
+    ObservedObject,
+    ObservedTable,
     TrialVoidError,
-    counted,
-    seen_in,
+    require_counted_motion,
+    state_and_place,
 )
+from likeme_inference import messages
 from likeme_inference.experience.trial import Place, Trial, TrialKey
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
@@ -61,7 +61,7 @@ class ExplorerNode(Node):
         self._between_spins = between_spins
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self)
-        self._table: Sighting | None = None
+        self._table: ObservedTable | None = None
         self._heard = time.monotonic()
         self._glanced, self._cast = 0.0, frozenset[bytes]()
         self.create_subscription(TableState, 'table_state', self._on_table, 1)
@@ -98,15 +98,15 @@ class ExplorerNode(Node):
         name, x_i, action = key.pair
         self._cast = self._who_publishes()
         self._set_up(name, x_i, seed)
-        state, before = seen_in(self._at_rest(self._now() + round(STALE * SECOND)), name)
+        state, before = state_and_place(self._at_rest(self._now() + round(STALE * SECOND)), name)
         if state is not x_i:
             raise TrialVoidError(f'Expected to see the {name} {x_i.name}, got {state.name}.')
         expires = self._now() + round(EXPIRY * SECOND)
         request = messages.execute_request(name, action, expires)
         answer = self._answer(self._arm, request, MOTION_TIMEOUT)
         report = messages.read_motion(answer)
-        counted(report)
-        x_f, after = seen_in(self._at_rest(max(report.finished, self._now()) + 1), name)
+        require_counted_motion(report)
+        x_f, after = state_and_place(self._at_rest(max(report.finished, self._now()) + 1), name)
         self._check_cast()
         motion = report.outcome
         assert motion is not None, 'A motion that counts is one.'
@@ -130,14 +130,14 @@ class ExplorerNode(Node):
                 raise TrialVoidError(f'The table was not set up: {answer.message}')
             self._pause(RESET_PAUSE)
 
-    def _at_rest(self, not_before: int) -> Sighting:
+    def _at_rest(self, not_before: int) -> ObservedTable:
         """The first table state after a stamp (ns) in which all is at rest.
 
         What does not come to rest in time is taken as it is.
         """
         last = not_before + round(REST_TIMEOUT * SECOND)
 
-        def rested() -> Sighting | None:
+        def rested() -> ObservedTable | None:
             table = self._sighting()
             good = table.stamp >= not_before and (table.settled or table.stamp > last)
             return table if good else None
@@ -183,7 +183,7 @@ class ExplorerNode(Node):
         found = [info for topic in topics for info in self.get_publishers_info_by_topic(topic)]
         return frozenset(bytes(info.endpoint_gid) for info in found)
 
-    def _sighting(self) -> Sighting:
+    def _sighting(self) -> ObservedTable:
         if self._table is None:
             raise CellGoneError('The camera has not seen anything yet.')
         return self._table
@@ -200,13 +200,13 @@ class ExplorerNode(Node):
         self._table, self._heard = table, time.monotonic()
 
 
-def read_sighting(message: TableState) -> Sighting:
+def read_sighting(message: TableState) -> ObservedTable:
     """A table state as the explorer keeps it."""
     objects = {item.name: _seen(item) for item in message.objects}
-    return Sighting(stamp_ns(message.header.stamp), message.settled, objects)
+    return ObservedTable(stamp_ns(message.header.stamp), message.settled, objects)
 
 
-def _seen(item: ObjectState) -> SeenObject:
+def _seen(item: ObjectState) -> ObservedObject:
     state = State(item.state) if item.state in set(State) else None
     where = item.centroid.x, item.centroid.y, item.major_axis_yaw
-    return SeenObject(state, Place(*where) if item.visible else None)
+    return ObservedObject(state, Place(*where) if item.visible else None)

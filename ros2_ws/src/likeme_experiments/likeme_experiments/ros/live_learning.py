@@ -11,9 +11,9 @@ from rclpy.context import Context
 from likeme_core.interrupt import deferred_interrupt
 from likeme_experiments.learning.managed_cell import OwnCell
 from likeme_experiments.learning.progress_display import Telling
+from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
 from likeme_experiments.ros.explorer_node import ExplorerNode
 from likeme_inference.experience.campaign import Progress
-from likeme_inference.experience.sighting import CellGoneError, TrialVoidError
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial, TrialKey
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.trend import coefficients_doubt
+from likeme_gaze.gp.trend import trend_coefficients
 
 Real = TypeVar('Real', np.float64, np.longdouble)
 LOG_2_PI = float(np.log(2 * np.pi))
@@ -27,7 +27,7 @@ def squared_distances(inputs: NDArray[Real]) -> NDArray[Real]:
 
 
 def gram(squared: NDArray[Real], log_hyperparameters: NDArray[Real]) -> NDArray[Real]:
-    """The kernel of every pair without the noise; shape (n, n).
+    """The kernel matrix without noise; shape (n, n).
 
     `squared` are the squared distances (D, n, n). The result has the precision of its arguments.
     """
@@ -44,11 +44,11 @@ def factor(covariance: FloatArray, log_noise_std: float) -> FloatArray:
     """Lower Cholesky factor of the kernel matrix plus noise; shape (n, n).
 
     Raises:
-        ValueError: the noise is too small for the matrix to be positive definite in doubles.
+        ValueError: noise too small for a positive definite matrix in double precision.
     """
     noisy = covariance.copy()
     noisy.flat[:: len(noisy) + 1] += np.exp(2 * log_noise_std)
-    # LAPACK itself: with 15 training points the checks of linalg.cholesky cost more than the work.
+    # LAPACK directly: for 15 training points the checks of linalg.cholesky dominate.
     lower, failed = lapack.dpotrf(noisy, lower=1)
     if failed:
         raise ValueError(
@@ -70,7 +70,7 @@ def negative_log_likelihood(
     """-log p(y | X) = ½ y'β + ½ log|K| + ½ n log 2π, with `weights` β = K⁻¹y.
 
     With a trend of m coefficients (eq. 2.45 of Rasmussen and Williams 2006) β = Py, log|H'K⁻¹H|
-    joins log|K| and n - m stands for n; `trend` is (m, log|H'K⁻¹H|).
+    is added to log|K| and n - m replaces n; `trend` is (m, log|H'K⁻¹H|).
     """
     fit = 0.5 * (float(target @ weights) + trend[1])
     return fit + float(np.log(lower.diagonal()).sum()) + 0.5 * (len(target) - trend[0]) * LOG_2_PI
@@ -82,7 +82,7 @@ def likelihood_and_gradient(
     target: FloatArray,
     columns: FloatArray | None = None,
 ) -> tuple[float, FloatArray]:
-    """-log p(y | X) and its gradient by the logarithms of the hyperparameters, in their order.
+    """-log p(y | X) and its gradient in the log hyperparameters.
 
     d/dθ = -½ tr((ββ' - K⁻¹) dK/dθ) with β = K⁻¹y (Rasmussen and Williams 2006, eq. 5.9); with a
     trend, whose basis at the training inputs is `columns` (n, m), P replaces K⁻¹.
@@ -92,9 +92,9 @@ def likelihood_and_gradient(
     inverse = precision(lower)
     trend = (0, 0.0)
     if columns is not None:
-        solved, doubt, volume = coefficients_doubt(lower, columns)
-        inverse -= solved @ doubt @ solved.T
-        trend = (len(doubt), float(volume))
+        solved, covariance, volume = trend_coefficients(lower, columns)
+        inverse -= solved @ covariance @ solved.T
+        trend = (len(covariance), float(volume))
     weights = inverse @ target if columns is not None else solve(lower, target)
     evidence = weights[:, None] * weights - inverse
     noise = np.exp(2 * log_hyperparameters[-1])

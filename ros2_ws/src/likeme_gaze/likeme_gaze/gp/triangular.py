@@ -1,4 +1,4 @@
-"""Cholesky factors of many small matrices at once, and what they solve."""
+"""Batched Cholesky factors and triangular solves of small matrices."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.kernel import Real
+from likeme_gaze.gp.kernel import Real
 
 
 def transposed(matrices: NDArray[Real]) -> NDArray[Real]:
-    """The last two axes swapped."""
+    """The transposed matrices (last two axes swapped)."""
     return matrices.swapaxes(-1, -2)
 
 
@@ -20,7 +20,7 @@ def cholesky(matrices: FloatArray) -> FloatArray:
 
 
 def cholesky_by_rows(matrices: NDArray[np.longdouble]) -> NDArray[np.longdouble]:
-    """Lower Cholesky factors (..., D, D) in a precision LAPACK does not have."""
+    """Lower Cholesky factors (..., D, D) in extended precision, which LAPACK lacks."""
     lower = np.zeros_like(matrices)
     for d in range(matrices.shape[-1]):
         known = lower[..., d, :d]

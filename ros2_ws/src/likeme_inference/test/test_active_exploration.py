@@ -5,19 +5,18 @@ import pytest
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Manner
-from likeme_experiments.evaluation.exploration import Way, exploration, world_of
-from likeme_inference.experience.policy import InformationGain
+from likeme_inference.experience.exploration_policy import InformationGain
 from likeme_inference.experience.trial import no_counts
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
-from likeme_inference.tabletop.exploration import help_rate, information_gain
-from likeme_inference.tabletop.imitation import Settings, decide
+from likeme_inference.tabletop.active_exploration import help_rate, information_gain
+from likeme_inference.tabletop.finite_domain import Domain
+from likeme_inference.tabletop.imitation import ImitationSettings, decide
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
-from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
-from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.shared_prior import START, fit_weights, shared_prior
 from likeme_inference.tabletop.transition_model import maximum_likelihood
 
 CHANGES = ((0, 1), (0, 2), (1, 0), (1, 2))
-WORLD = world_of(shipped())
+WORLD = np.array([known.transition for known in shipped().objects.values()])
 
 
 def slow_help_rate(model, world):
@@ -79,7 +78,7 @@ def test_the_prior_learns_that_actions_do_what_they_are_for():
     for x_i in (0, 1):
         for a in Action:
             counts[:, x_i, a, a.target] = 10
-    weights = fitted(counts, rounds=3)
+    weights = fit_weights(counts, rounds=3)
     assert weights.aimed > START.aimed
     assert weights.elsewhere < START.elsewhere
 
@@ -94,23 +93,17 @@ def test_the_policy_stops_where_it_should_and_repeats_itself():
     assert policy.next(counts, np.random.default_rng(3)) is None
 
 
-def test_directed_trials_are_worth_more_than_uniform_ones():
-    directed = exploration(WORLD, Way.INFORMATION_GAIN, 40, (72,))[-1]
-    uniform = exploration(WORLD, Way.UNIFORM, 400, (72,))
-    assert directed.mean[0] < min(curve.mean[0] for curve in uniform) - 2 * directed.error[0]
-
-
 def test_a_robot_may_act_on_the_prior_that_its_trials_choose_together():
     model = shipped()
     counts = np.array([known.counts for known in model.objects.values()], dtype=float)
-    alpha = counts + shared_prior(counts, fitted(counts, rounds=3))
+    alpha = counts + shared_prior(counts, fit_weights(counts, rounds=3))
     for o, name in enumerate(model.objects):
         expected = alpha[o] / alpha[o].sum(axis=-1, keepdims=True)
         assert model.goal_model(name, shared=True).transition == pytest.approx(expected)
         assert model.counted(name, 0.09).pseudo_counts == pytest.approx(counts[o] + 0.09)
     demo = Demonstration(0, '', 'pear', State.RIGHT, State.LEFT, Manner.PLACE, 0, 0)
     view = TableSnapshot(1, '', True, {'pear': State.RIGHT})
-    decision = decide(model, Settings(shared_prior=True), demo, view, 1)
+    decision = decide(model, ImitationSettings(shared_prior=True), demo, view, 1)
     row = alpha[0, State.RIGHT, Action.PUSH_LEFT]
     assert decision.predicted_success == pytest.approx(row[State.LEFT] / row.sum())
 

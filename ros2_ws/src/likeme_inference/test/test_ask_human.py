@@ -1,4 +1,4 @@
-"""The operator's command line and the real node: list, answer, the keyboard, nobody there."""
+"""The ask_human command line and the real node: list, answer, keyboard, absent service."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def run(graph: Graph, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def be_asked(graph: Graph, camera: Camera) -> int:
-    """Show pear RIGHT to LEFT and put it back: the number of the robot's question."""
+def make_request(graph: Graph, camera: Camera) -> int:
+    """Demonstrate pear RIGHT to LEFT and put it back; the number of the request."""
     seen = graph.collect(Decision, 'decision', LATCHED)
     camera.show('pear', R, L)
     graph.until(lambda: seen and seen[-1].kind == Decision.AT_GOAL, 20, 'AT_GOAL')
@@ -41,7 +41,7 @@ def be_asked(graph: Graph, camera: Camera) -> int:
     return int(seen[-1].id)
 
 
-def test_words_of_the_menu() -> None:
+def test_replies_are_read_by_word_number_and_abbreviation() -> None:
     typed = ['1', 'done', ' D ', '2', 'try', '3', 'sk']
 
     assert [read_reply(text) for text in typed] == [
@@ -61,7 +61,7 @@ def test_list_and_answer(tmp_path: Path) -> None:
         camera = Camera(graph)
         Arm(graph, camera)
         empty, nothing = run(graph, 'list'), run(graph, 'answer', '1', 'skip')
-        number = be_asked(graph, camera)
+        number = make_request(graph, camera)
         listed = run(graph, 'list')
         bad = run(graph, 'answer', str(number), 'maybe')
         outcomes = graph.collect(Outcome, 'outcome', LATCHED)
@@ -95,11 +95,11 @@ def test_the_keyboard(tmp_path: Path) -> None:
             text=True,
         )
         assert console.stdin is not None
-        number = be_asked(graph, camera)
+        number = make_request(graph, camera)
         console.stdin.write('what?\n3\n')
         console.stdin.flush()
         outcome = graph.until(lambda: outcomes, 20, 'SKIPPED').pop()
-        second = be_asked(graph, camera)
+        second = make_request(graph, camera)
         said, _ = console.communicate(timeout=30)
 
         assert (outcome.result, outcome.decision_id) == (Outcome.SKIPPED, number)
@@ -110,11 +110,11 @@ def test_the_keyboard(tmp_path: Path) -> None:
 
 
 @pytest.mark.graph
-def test_ctrl_c_leaves_cleanly(tmp_path: Path) -> None:
+def test_ctrl_c_ends_cleanly(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         graph.start('likeme_inference.inference_node')
         console = graph.run('console', *COMMAND)
-        graph.until(lambda: 'Waiting for questions' in console.said, 20, 'the console')
+        graph.until(lambda: 'Waiting for requests' in console.said, 20, 'the console')
         console.signal(signal.SIGINT)
 
         assert console.wait(10) == 0
@@ -123,7 +123,7 @@ def test_ctrl_c_leaves_cleanly(tmp_path: Path) -> None:
 
 
 @pytest.mark.graph
-def test_nobody_there(tmp_path: Path) -> None:
+def test_absent_service(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         absent = run(graph, 'list')
 

@@ -1,4 +1,4 @@
-"""Gaussian processes with several outputs, and what they make of a Gaussian input."""
+"""Gaussian processes with several outputs, and their exact moments for Gaussian inputs."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import ArrayLike
 
 from likeme_gaze.beliefs import Gaussian
 from likeme_gaze.checks import FloatArray, covariances, numbers
-from likeme_gaze.conditioning import Conditioned, condition_on
-from likeme_gaze.moment_matching import first_moments, view
-from likeme_gaze.pair_sums import pair_sums
-from likeme_gaze.trend import Trends
+from likeme_gaze.gp.conditioning import Conditioned, condition_on
+from likeme_gaze.gp.moment_matching import first_moments, kernel_expectation
+from likeme_gaze.gp.pair_sums import pair_sums
+from likeme_gaze.gp.trend import Trends
 
-#: Numbers for each training input (whitened distances and the like) that one pass works on: enough
-#: inputs to share the small work, few enough to stay in a cache.
-PASS = 8_000
+#: Training inputs times batch points per pass: enough to amortise overhead, few enough for the
+#: cache.
+PASS_SIZE = 8_000
 
 
-class Moments(NamedTuple):
+class OutputMoments(NamedTuple):
     """Moments of the output y for a Gaussian input x; a batch adds leading axes.
 
     Attributes:
@@ -35,11 +35,11 @@ class Moments(NamedTuple):
 
 
 class Regression(NamedTuple):
-    """The best linear description of the output for a Gaussian input: y ≈ mean + gain'(x - E[x]).
+    """Linear regression of the output on a Gaussian input: y ≈ mean + gain'(x - E[x]).
 
     Attributes:
         mean: E[y] (..., E).
-        gain: Cov[x]⁻¹Cov[x, y] (..., D, E); well defined where Cov[x] is singular.
+        gain: Cov[x]⁻¹Cov[x, y] (..., D, E); defined for singular Cov[x] too.
         covariance: Cov[y] (..., E, E), noise included.
         cross: Cov[x, y] (..., D, E).
     """
@@ -60,8 +60,7 @@ class GaussianProcesses:
         log_lengthscales: (E, D).
         log_signal_std: (E,).
         log_noise_std: (E,).
-        with_trend: whether a linear trend lies under each output (see trend.py); else the prior
-            mean is zero.
+        with_trend: whether each output has a linear trend (see trend.py) instead of a zero mean.
     """
 
     inputs: FloatArray
@@ -96,12 +95,11 @@ class GaussianProcesses:
             log_lengthscales: (E, D).
             log_signal_std: (E,).
             log_noise_std: (E,).
-            with_trend: whether a linear trend lies under each output; without it the prior mean
-                is zero.
+            with_trend: whether each output has a linear trend instead of a zero mean.
 
         Raises:
-            ValueError: shapes that do not fit, numbers that are not finite, noise too small for
-                the kernel matrix to be positive definite, or inputs that span no trend.
+            ValueError: wrong shapes, values that are not finite, noise too small for a positive
+                definite kernel matrix, or inputs that do not determine the trend.
         """
         x = numbers('inputs', inputs, (None, None))
         y = numbers('targets', targets, (len(x), None))
@@ -120,25 +118,25 @@ class GaussianProcesses:
         """σ_n² of each output (E,)."""
         return self._outputs.noise_variance
 
-    def propagate(self, mean: ArrayLike, covariance: ArrayLike) -> Moments:
+    def propagate(self, mean: ArrayLike, covariance: ArrayLike) -> OutputMoments:
         """Exact moments of the output for an input N(mean, covariance).
 
         Args:
             mean: (D,), or (..., D) for a batch.
-            covariance: (D, D) or (..., D, D), positive semidefinite; zero is a known input.
+            covariance: (D, D) or (..., D, D), positive semidefinite; zero for a known input.
 
         Raises:
-            ValueError: shapes that do not fit, numbers that are not finite, no covariance.
+            ValueError: wrong shapes, values that are not finite, or an invalid covariance.
         """
         width = self.inputs.shape[1]
         batch = np.shape(mean)[:-1]
         at = numbers('mean', mean, (*batch, width))
         spread = covariances('covariance', covariance, (*batch, width, width))
         found = self.regress(at, spread)
-        return Moments(found.mean, found.covariance, found.cross)
+        return OutputMoments(found.mean, found.covariance, found.cross)
 
     def regress(self, mean: FloatArray, covariance: FloatArray) -> Regression:
-        """The same moments as `propagate`, as a linear regression; its arguments unchecked."""
+        """The moments of `propagate` as a linear regression; arguments are not validated."""
         *batch, width = mean.shape
         at, spread = mean.reshape(-1, width), covariance.reshape(-1, width, width)
         parts = [self._regress(at[rows], spread[rows]) for rows in _rows(len(at), self._outputs)]
@@ -151,10 +149,10 @@ class GaussianProcesses:
 
     def _regress(self, mean: FloatArray, covariance: FloatArray) -> Regression:
         at, outputs = Gaussian(mean, covariance), self._outputs
-        seen = view(self.inputs, outputs, at)
+        seen = kernel_expectation(self.inputs, outputs, at)
         first = first_moments(seen, outputs, at)
         count = len(first.mean)
-        # Of a known input nothing spreads: no table over all pairs of training inputs is needed.
+        # A known input has no spread; the sum over pairs of training inputs is skipped.
         if covariance.any():
             spread = pair_sums(seen, outputs)[outputs.pair].transpose(2, 0, 1)
         else:
@@ -169,7 +167,7 @@ class GaussianProcesses:
 
 
 def _with_trends(found: Regression, at: Gaussian, trends: Trends) -> Regression:
-    """Gains and covariances of the outputs once their trends are added."""
+    """Gains and covariances of the outputs with their trends added."""
     moved = at.covariance @ trends.slopes
     mixed = trends.slopes.T @ (found.cross + moved / 2)
     return Regression(
@@ -181,6 +179,6 @@ def _with_trends(found: Regression, at: Gaussian, trends: Trends) -> Regression:
 
 
 def _rows(points: int, outputs: Conditioned) -> list[slice]:
-    """Slices of a batch whose vectors over all training inputs fit into the cache."""
-    step = max(1, PASS // outputs.weights.shape[1])
+    """Slices of a batch whose vectors over all training inputs fit the cache."""
+    step = max(1, PASS_SIZE // outputs.weights.shape[1])
     return [slice(start, start + step) for start in range(0, points, step)] or [slice(0, 0)]

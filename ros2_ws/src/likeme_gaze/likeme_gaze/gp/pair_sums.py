@@ -1,4 +1,4 @@
-"""Σ_ij w_ij q_ai q_bj expm1(e_ij) over all pairs of training inputs: where the time goes.
+"""Σ_ij w_ij q_ai q_bj expm1(e_ij) over all pairs of training inputs, the dominant cost.
 
 With q and e of moment_matching and d_i = x_i - m, and a Gaussian input N(m, S),
 
@@ -6,9 +6,9 @@ With q and e of moment_matching and d_i = x_i - m, and a Gaussian input N(m, S),
     TT' = Λ_b + S_a,  y_i = T⁻¹ S_a Λ_a⁻¹ d_i,  t_j = T⁻¹ d_j,  W = T⁻¹ S L'⁻¹,
     r_j = (I + W'W)^-½ W' t_j
 
-so that e is a product of matrices of D + 2 columns, and what is left for each of the n² pairs is
-one expm1 and one or two multiplications, in tables small enough to stay in the cache. For a = b
-the table is symmetric, and half of it is enough (pair_blocks).
+so that e is a product of matrices with D + 2 columns; each of the n² pairs then costs one expm1
+and one or two multiplications, in tables that fit the cache. For a = b the table is symmetric and
+half of it is evaluated (pair_blocks).
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.conditioning import Conditioned
-from likeme_gaze.moment_matching import View
-from likeme_gaze.triangular import cholesky, solve_lower, transposed
+from likeme_gaze.gp.conditioning import Conditioned
+from likeme_gaze.gp.moment_matching import KernelExpectation
+from likeme_gaze.gp.triangular import cholesky, solve_lower, transposed
 
-#: Above this e_ij the product q_i q_j expm1(e_ij) is formed in the log domain: q could be 0.
+#: e_ij above which q_i q_j expm1(e_ij) is evaluated in the log domain, as q may underflow.
 LARGE = 30.0
-#: Bytes of the (points, n, n) table that is worked on at a time: what a second-level cache holds.
+#: Bytes of the (points, n, n) table per step, sized for a second-level cache.
 TABLE_BYTES = 400_000
 
 
@@ -35,7 +35,7 @@ class Exponents(NamedTuple):
 
     Attributes:
         left, right: (P, B, K, n).
-        bound: what no e_ij exceeds (P, B).
+        bound: upper bound of e_ij (P, B).
     """
 
     left: FloatArray
@@ -43,11 +43,11 @@ class Exponents(NamedTuple):
     bound: FloatArray
 
 
-def pair_sums(seen: View, outputs: Conditioned) -> FloatArray:
+def pair_sums(seen: KernelExpectation, outputs: Conditioned) -> FloatArray:
     """Σ_ij w_ij q_ai q_bj expm1(e_ij) of every pair of outputs (P, B).
 
-    With w = β_a β_b' this is Cov[m_a(x), m_b(x)]; an output's own table has K⁻¹ taken off, which
-    adds how much of its variance varies with x.
+    With w = β_a β_b' this is Cov[m_a(x), m_b(x)]; for a = b, w = ββ' - K⁻¹ adds the part of the
+    expected variance beyond that at E[k(x)].
     """
     found = exponents(seen, outputs)
     large = found.bound > LARGE
@@ -60,7 +60,7 @@ def pair_sums(seen: View, outputs: Conditioned) -> FloatArray:
     return sums
 
 
-def _direct(found: Exponents, seen: View, outputs: Conditioned) -> FloatArray:
+def _direct(found: Exponents, seen: KernelExpectation, outputs: Conditioned) -> FloatArray:
     own, blocks = len(outputs.weights), outputs.blocks
     half = _cut(found.left[:own], blocks.rows), _cut(found.right[:own], blocks.columns)
     q = seen.q.take(blocks.rows, axis=-1), seen.q.take(blocks.columns, axis=-1)
@@ -88,7 +88,7 @@ def _contracted(
     Args:
         factors: of e, (P, B, m, K, s) and (P, B, m, K, w).
         ends: u (P, B, m, s) and v (P, B, m, w).
-        tables: w (P, m, s, w), or None where u and v say all.
+        tables: w (P, m, s, w), or None for w = 1.
     """
     left, right = factors[0].swapaxes(-1, -2), factors[1]
     u = ends[0][..., None, :]
@@ -108,9 +108,9 @@ def _contracted(
 
 
 def _in_logs(
-    found: Exponents, seen: View, outputs: Conditioned, pair: int, point: int
+    found: Exponents, seen: KernelExpectation, outputs: Conditioned, pair: int, point: int
 ) -> FloatArray:
-    """One sum, where a q may be too small, or an e_ij too great, for a number."""
+    """One sum in the log domain, where q may underflow or expm1(e_ij) overflow."""
     a, b = outputs.first[pair], outputs.second[pair]
     rows, columns = outputs.blocks if a == b else outputs.whole
     left, right = (f[pair, point] for f in found[:2])
@@ -123,8 +123,8 @@ def _in_logs(
     return np.asarray((products * table).sum())
 
 
-def exponents(seen: View, outputs: Conditioned) -> Exponents:
-    """e_ij of every pair of outputs as a product."""
+def exponents(seen: KernelExpectation, outputs: Conditioned) -> Exponents:
+    """Factors of e_ij of every pair of outputs."""
     a = outputs.first
     width, count = seen.distance.shape[-2:]
     lower = cholesky(seen.tilted[a] + outputs.second_kernels)

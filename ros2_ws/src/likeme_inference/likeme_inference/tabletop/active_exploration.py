@@ -1,16 +1,16 @@
-"""Which trial the robot's decisions would gain most by (paper: future work).
+"""Expected gain of further trials for the robot's plans (paper: future work).
 
-The robot will act on plans of several actions. A transition model drawn from the posterior of its
-trials is a world that may be the true one; there the plan it believes in loses, against the best
-plan of that world,
+The robot acts on plans of several actions. A world is a transition model sampled from the
+posterior of the trials. In a world the plan of the robot's mean model loses, against the best plan
+of that world,
 
     loss = sum over k, x of w_k(x) (V*_k(x) - Q*_k(x, a)),   a: its best one, of equals the first,
 
-with w_k(x) how often it is in x with k actions left. Each term is credited to the two actions it
-lies between, a and the best one, by how far the quality of each is from what was believed. The
-mean over worlds, by the number of trials a pair has already (loss falls about as one by that
-number), is what one more trial gains. A pair that is random but known loses nothing, nor does an
-unknown one that no decision hangs on.
+with w_k(x) the probability of being in x with k actions left. Each term is divided between a and
+the best action in proportion to the error of their qualities under the mean model. The mean over
+worlds, divided by the number of trials of a pair plus one (the loss falls roughly with its
+inverse), is the expected gain of one more trial. It is 0 for a pair whose outcome is random but
+known, and for an unknown pair on which no decision depends.
 
 Arrays carry leading axes (worlds, objects) before [x_i, a, x_f].
 """
@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.planning import NO_ACTION, best_actions, qualities, rank
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import maximum_likelihood
 
-#: Actions of the plans that are learned for.
+#: Action budget of the plans.
 BUDGET = 3
-#: Worlds drawn to judge one object's pairs by.
+#: Worlds sampled per object.
 WORLDS = 64
 
 
@@ -39,43 +39,43 @@ def information_gain(
     budget: int = BUDGET,
     domain: Domain = TABLETOP,
 ) -> FloatArray:
-    """What one more trial of each pair gains: expected fall of the plans' loss, about.
+    """Approximate expected decrease of the plans' loss by one more trial of each pair.
 
     Args:
         pseudo_counts: trials and prior, above 0, shape [..., x_i, a, x_f].
-        rng: draws the worlds.
-        worlds: how many.
+        rng: samples the worlds.
+        worlds: their number.
         budget: actions of the plans.
-        domain: whose goals count; every start from which a goal is open counts alike.
+        domain: of the goals; all starts from which a goal is open have equal weight.
 
     Returns:
-        Shape [..., x_i, a]; sums over goals and starts. 0 where the robot cannot act.
+        Shape [..., x_i, a], summed over goals and starts; 0 where the robot cannot act.
     """
     _check_domain(pseudo_counts.shape, domain)
-    believed = _qualities(maximum_likelihood(pseudo_counts), budget, domain)
+    expected = _qualities(maximum_likelihood(pseudo_counts), budget, domain)
     alpha = pseudo_counts[..., None, :, :, :]
     shape = (*pseudo_counts.shape[:-3], worlds, *pseudo_counts.shape[-3:])
     gamma = np.maximum(rng.standard_gamma(alpha, size=shape), np.finfo(np.float64).tiny)
-    # Single precision halves the time; the worlds are drawn by chance anyway.
+    # Single precision halves the time; the sampling error is larger.
     world = (gamma / gamma.sum(axis=-1, keepdims=True)).astype(np.float32)
-    truly = _qualities(world, budget, domain)
+    actual = _qualities(world, budget, domain)
     resting = _resting(domain)
     where = np.broadcast_to(~resting, (*shape[:-3], *resting.shape)).astype(np.float32)
     credit = np.zeros(pseudo_counts.shape[:-1])
-    for believed_k, truly_k in zip(reversed(believed), reversed(truly), strict=True):
-        taken = np.broadcast_to(believed_k.argmax(axis=-1)[..., None, :, :], where.shape)
-        credit += _credited(believed_k[..., None, :, :, :], truly_k, taken, where) / worlds
+    for expected_k, actual_k in zip(reversed(expected), reversed(actual), strict=True):
+        taken = np.broadcast_to(expected_k.argmax(axis=-1)[..., None, :, :], where.shape)
+        credit += _credited(expected_k[..., None, :, :, :], actual_k, taken, where) / worlds
         where = np.einsum('...gx,...gxf->...gf', where, _rows(world, taken)) * ~resting
     return np.asarray(credit / (pseudo_counts.sum(axis=-1) + 1))
 
 
 def _credited(
-    believed: FloatArray, truly: FloatArray, taken: IntArray, where: NDArray[np.float32]
+    expected: FloatArray, actual: FloatArray, taken: IntArray, where: NDArray[np.float32]
 ) -> FloatArray:
-    """The loss with k actions left, shared by its two parties; summed, shape [..., x_i, a]."""
-    actions, best = truly.shape[-1], truly.argmax(axis=-1)
-    lost = where * (truly.max(axis=-1) - _at(truly, taken))
-    off = np.abs(truly - believed) + 1e-9
+    """The loss with k actions left, divided between both actions; shape [..., x_i, a]."""
+    actions, best = actual.shape[-1], actual.argmax(axis=-1)
+    lost = where * (actual.max(axis=-1) - _at(actual, taken))
+    off = np.abs(actual - expected) + 1e-9
     off_taken, off_best = _at(off, taken), _at(off, best)
     to_taken = 2 * lost * off_taken / (off_taken + off_best)
     shares = ((to_taken, taken), (2 * lost - to_taken, best))
@@ -87,11 +87,11 @@ def _credited(
 def help_rate(
     model: FloatArray, world: FloatArray, budget: int = BUDGET, domain: Domain = TABLETOP
 ) -> FloatArray:
-    """How often a goal is still open after plans on the model were followed in the world.
+    """Probability that a goal is not reached by plans on `model` executed in `world`.
 
-    The mean over objects (the last leading axis), goals and starts of 1 - P(reached), exact;
-    as `planning.plan` and `spread` have it for one: no action where none can help, and ties go to
-    the actions meant for the goal. Shape of the other leading axes; 0 where no start is open.
+    The exact mean of 1 - P(reached) over objects (the last leading axis), goals and starts, with
+    ties and unreachable goals as in `planning.plan`. Shape of the other leading axes; 0 if no goal
+    is open from any start.
     """
     _check_domain(model.shape[1:], domain)
     reached, resting = domain.goal_matrix, _resting(domain)
@@ -116,7 +116,7 @@ def _qualities(transition: FloatArray, budget: int, domain: Domain) -> list[Floa
 
 
 def _resting(domain: Domain) -> BoolArray:
-    """Where nothing is left to do or nothing can be done, shape [g, x]."""
+    """Where the goal is reached or the object is out of reach, shape [g, x]."""
     return np.asarray(domain.goal_matrix.astype(bool) | domain.stuck)
 
 
@@ -129,6 +129,6 @@ def _at(table: FloatArray, index: IntArray) -> FloatArray:
 
 
 def _rows(transition: FloatArray, taken: IntArray) -> FloatArray:
-    """The row of each taken action, shape [..., g, x, x_f]."""
+    """The transition row of each taken action, shape [..., g, x, x_f]."""
     every = np.broadcast_to(transition[..., None, :, :, :], (*taken.shape, *transition.shape[-2:]))
     return np.asarray(np.take_along_axis(every, taken[..., None, None], axis=-2)[..., 0, :])

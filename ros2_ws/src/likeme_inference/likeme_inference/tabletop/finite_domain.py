@@ -1,4 +1,4 @@
-"""The finite sets of the discrete model (Methods, Case II): states, actions, goals, by name."""
+"""Named states, actions and goals of the discrete model (Methods, Case II)."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Domain:
-    """Omega_X, Omega_A and Omega_G; the tabletop (domain.TABLETOP) is one of many.
+    """The sets Omega_X, Omega_A and Omega_G; domain.TABLETOP is the paper's.
 
-    States, actions and goals are numbered by their place; arrays are indexed by those numbers.
+    States, actions and goals are numbered by their position; arrays are indexed by those numbers.
 
     Attributes:
         states: names of the values of X_i and X_f.
         actions: names of the values of A.
         goals: name -> names of the states that fulfil it; by default each state is a goal.
-        aims: action -> goal it is meant for; decides ties, nothing else. May be partial.
-        out_of_reach: states out of which the robot cannot take an object, whatever it learned.
+        aims: action -> goal it is aimed at; only decides ties. May be partial.
+        out_of_reach: states from which the robot cannot move an object.
     """
 
     states: tuple[str, ...]
@@ -52,14 +52,14 @@ class Domain:
         _check_known('state', self.out_of_reach, self.states)
 
     def __eq__(self, other: object) -> bool:
-        """Whether names, numbers and meanings agree: goals are numbered by their order."""
+        """Whether names and their order agree."""
         return isinstance(other, Domain) and self._key == other._key
 
     def __hash__(self) -> int:
         return hash(self._key)
 
     def __reduce__(self) -> tuple[type[Domain], tuple[object, ...]]:
-        """Pickle by the arguments: views of mappings cannot be."""
+        """Pickle by the arguments, as mapping proxies cannot be pickled."""
         goals, aims = dict(self.goals), dict(self.aims)
         return Domain, (self.states, self.actions, goals, aims, self.out_of_reach)
 
@@ -94,7 +94,7 @@ class Domain:
 
     @cached_property
     def aimed(self) -> tuple[tuple[int, ...], ...]:
-        """Goal -> numbers of the actions meant for it."""
+        """Goal -> numbers of the actions aimed at it."""
         return tuple(
             tuple(i for i, a in enumerate(self.actions) if self.aims.get(a) == goal)
             for goal in self.goals

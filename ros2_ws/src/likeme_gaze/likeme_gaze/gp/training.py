@@ -1,4 +1,4 @@
-"""Hyperparameters by marginal likelihood: several starts, bounds, and a floor under the noise."""
+"""Hyperparameters by maximum marginal likelihood: several starts, bounds, and a noise floor."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ from numpy.typing import ArrayLike
 from scipy import optimize
 
 from likeme_gaze.checks import FloatArray, numbers
-from likeme_gaze.gaussian_processes import GaussianProcesses
-from likeme_gaze.kernel import likelihood_and_gradient, squared_distances
-from likeme_gaze.trend import basis_for
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.kernel import likelihood_and_gradient, squared_distances
+from likeme_gaze.gp.trend import basis_for
 
-#: Fewer points than this say nothing about a signal, a noise and a lengthscale per input.
-FEWEST_POINTS = 5
+#: Least number of training points to fit signal, noise and one lengthscale per input.
+MIN_POINTS = 5
 
 
-class Search(NamedTuple):
-    """Where hyperparameters are looked for, in units of the data's own standard deviations.
+class HyperparameterSearch(NamedTuple):
+    """Search space of the hyperparameters, in units of the data's standard deviations.
 
     Attributes:
         lengthscale: least and greatest lengthscale.
         typical: median and logarithmic standard deviation of the lengthscales' log-normal prior.
         signal: least and greatest signal standard deviation.
-        noise: least and greatest noise standard deviation; the least is the floor that keeps the
-            kernel matrix well conditioned when an output has no noise.
-        starts: (lengthscale, signal, noise) of each start of the optimiser; the best end wins.
-        iterations: limit of each run.
+        noise: least and greatest noise standard deviation; the least keeps the kernel matrix well
+            conditioned for outputs without noise.
+        starts: (lengthscale, signal, noise) of each start of the optimiser; the best is used.
+        iterations: limit per start.
     """
 
     lengthscale: tuple[float, float] = (0.1, 100.0)
@@ -39,12 +39,14 @@ class Search(NamedTuple):
     iterations: int = 100
 
 
-def fit(inputs: ArrayLike, targets: ArrayLike, search: Search | None = None) -> GaussianProcesses:
-    """Gaussian processes with the hyperparameters that make the training data most likely.
+def fit(
+    inputs: ArrayLike, targets: ArrayLike, search: HyperparameterSearch | None = None
+) -> GaussianProcesses:
+    """Gaussian processes with maximum marginal likelihood hyperparameters.
 
-    A linear trend with a vague prior lies under each output, so targets need no centring. Without
-    it the kernel would have to explain the average and the linear part as signal, by a large
-    signal and long lengthscales that then smooth away what bends.
+    Each output has a linear trend with a vague prior, so targets need no centring. Without it the
+    kernel explains mean and linear part by a large signal and long lengthscales, which oversmooth
+    the nonlinear part.
 
     Args:
         inputs: (n, D).
@@ -52,15 +54,17 @@ def fit(inputs: ArrayLike, targets: ArrayLike, search: Search | None = None) -> 
         search: bounds and starts.
 
     Raises:
-        ValueError: fewer than FEWEST_POINTS points, shapes that do not fit, numbers not finite.
+        ValueError: fewer than MIN_POINTS points, wrong shapes, or values that are not finite.
     """
     x = numbers('inputs', inputs, (None, None))
     y = numbers('targets', targets, (len(x), None))
-    if len(x) < FEWEST_POINTS:
-        raise ValueError(f'Expected at least {FEWEST_POINTS} training points, got {len(x)}.')
+    if len(x) < MIN_POINTS:
+        raise ValueError(f'Expected at least {MIN_POINTS} training points, got {len(x)}.')
     x_scale, y_scale = _scale(x), _scale(y)
     data = squared_distances(x / x_scale), basis_for(x).of(x)
-    found = np.array([_best(*data, target, search or Search()) for target in (y / y_scale).T])
+    found = np.array(
+        [_best(*data, target, search or HyperparameterSearch()) for target in (y / y_scale).T]
+    )
     return GaussianProcesses.from_hyperparameters(
         x,
         y,
@@ -78,15 +82,15 @@ def _scale(columns: FloatArray) -> FloatArray:
 
 
 def _best(
-    squared: FloatArray, columns: FloatArray, target: FloatArray, search: Search
+    squared: FloatArray, columns: FloatArray, target: FloatArray, search: HyperparameterSearch
 ) -> FloatArray:
-    """The most likely log hyperparameters over all starts."""
+    """The best log hyperparameters over all starts."""
     ends = list(_ends((squared, target, columns), search))
     return min(ends, key=lambda end: end[0])[1]
 
 
 def _ends(
-    data: tuple[FloatArray, FloatArray, FloatArray], search: Search
+    data: tuple[FloatArray, FloatArray, FloatArray], search: HyperparameterSearch
 ) -> Iterator[tuple[float, FloatArray]]:
     dimensions = len(data[0])
     limits = [*[search.lengthscale] * dimensions, search.signal, search.noise]
@@ -105,9 +109,9 @@ def _ends(
 
 
 def _penalised(
-    log_hyperparameters: FloatArray, search: Search, *data: FloatArray
+    log_hyperparameters: FloatArray, search: HyperparameterSearch, *data: FloatArray
 ) -> tuple[float, FloatArray]:
-    """-log of marginal likelihood times the lengthscales' prior, and its gradient."""
+    """-log(marginal likelihood x lengthscale prior), and its gradient."""
     value, gradient = likelihood_and_gradient(log_hyperparameters, *data)
     median, deviation = search.typical
     off = (log_hyperparameters[:-2] - np.log(median)) / deviation

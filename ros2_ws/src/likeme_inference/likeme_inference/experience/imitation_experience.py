@@ -1,28 +1,28 @@
-"""Executed imitations are experience too: with their outcomes the model improves at work."""
+"""Learning from executed imitations: their outcomes are recorded as trials."""
 
 from __future__ import annotations
 
 from likeme_core.outcomes import Actor
-from likeme_inference.experience.model_view import model_of_rows, rows_of, source_of
+from likeme_inference.experience.model_from_trials import model_of_rows, rows_of, source_of
 from likeme_inference.experience.store import ExperienceStore
-from likeme_inference.experience.trial import COUNTED, Pair, Trial, TrialKey
+from likeme_inference.experience.trial import COUNTED, Pair, Trial, TrialKey, check_name
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.values import Decision, Outcome
 
-#: The campaign of what was done in earnest.
+#: Campaign name of executed imitations.
 IMITATION = 'imitation'
 
 
 def trial_of_outcome(
     robot: str, version: str, decision: Decision, outcome: Outcome
 ) -> Trial | None:
-    """The trial that an executed decision was; None if it says nothing about the robot's skill.
+    """The trial of an executed decision; None if it does not count as one.
 
-    That is when a person acted or nobody, when the motion was stopped or never begun, and when the
-    camera did not see the end.
+    It does not count if the robot did not act, if the motion was stopped or not started, or if the
+    camera did not observe the final state.
 
     Raises:
-        ValueError: the outcome is another decision's.
+        ValueError: the outcome of another decision.
     """
     if outcome.decision_id != decision.id:
         raise ValueError(
@@ -31,30 +31,37 @@ def trial_of_outcome(
     action, x_f, motion = outcome.action, outcome.x_f, outcome.motion
     if outcome.actor is not Actor.ROBOT or action is None or x_f is None or motion not in COUNTED:
         return None
-    # Decisions are numbered anew at each start; their stamps tell those of two starts apart.
+    # Decision numbers restart with the node; the stamp makes the key unique.
     pair, repetition = Pair(decision.object, decision.x_i, action), decision.stamp + decision.id
     key = TrialKey(robot, IMITATION, pair, repetition)
-    assert motion is not None, 'A motion that counts is one.'
+    assert motion is not None, 'Counted motions have an outcome.'
     return Trial(key, x_f, motion, 0, version, outcome.stamp)
 
 
-class Experience:
-    """What a working robot knows: the model it started with, and all it did in earnest since."""
+class ImitationExperience:
+    """A model that is extended by the recorded executed imitations of one robot."""
 
     def __init__(
         self, store: ExperienceStore, robot: str, version: str, learned: RobotModel
     ) -> None:
-        """learned: from before, e.g. of a model file."""
+        """learned: the model at the start, e.g. of a model file.
+
+        Raises:
+            ValueError: the robot or an object has a name that no trial can have.
+            StoreError: the store cannot be read.
+        """
+        for name in (robot, *learned.objects):
+            check_name(name)
         self._store, self._robot, self._version = store, robot, version
         self._learned = learned
         self.model = self._with_imitations()
 
     def record_outcome(self, decision: Decision, outcome: Outcome) -> RobotModel | None:
-        """Keep what an executed decision led to; the model with it, None if it was no trial.
+        """Record the outcome of a decision; the extended model, None if it does not count.
 
         Raises:
-            ValueError: the outcome is another decision's.
-            StoreError: it cannot be kept; the model stays as it is.
+            ValueError: the outcome of another decision.
+            StoreError: it cannot be recorded; the model is unchanged.
         """
         trial = trial_of_outcome(self._robot, self._version, decision, outcome)
         if trial is None:
@@ -64,7 +71,7 @@ class Experience:
         return self.model
 
     def _with_imitations(self) -> RobotModel:
-        """Learned rows and those of imitations; of a source that is in both, the store's."""
+        """The model with the recorded imitations, which replace its rows of the same source."""
         tallies = self._store.tallies([self._robot], [IMITATION])
         fresh = {source_of(tally) for tally in tallies}
         kept = tuple(row for row in self._learned.rows if row.source not in fresh)

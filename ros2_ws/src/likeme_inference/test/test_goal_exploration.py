@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from likeme_core.tabletop import Action, State
+from likeme_inference.tabletop.goal_exploration import explore, explored_policy, reinforced
 from likeme_inference.tabletop.goal_inference import direct_policy
 from likeme_inference.tabletop.model_file import shipped
-from likeme_inference.tabletop.policy import explore, explored_policy, reinforced
 
 PEAR = shipped().objects['pear'].transition
 CHICKEN = shipped().objects['chicken'].transition

@@ -1,4 +1,4 @@
-"""Which pair to try next: the paper's way, by chance, and where decisions would gain most."""
+"""Exploration policies: systematic (the paper's), random, and by information gain."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 
 from likeme_core.tabletop import Action, State
 from likeme_inference.experience.trial import Counts, Pair
+from likeme_inference.tabletop.active_exploration import information_gain
 from likeme_inference.tabletop.domain import OUT_OF_REACH
-from likeme_inference.tabletop.exploration import information_gain
-from likeme_inference.tabletop.shared_prior import fitted, shared_prior
+from likeme_inference.tabletop.shared_prior import fit_weights, shared_prior
 
 
-class Policy(Protocol):
-    """Chooses what to try.
+class ExplorationPolicy(Protocol):
+    """Chooses the next pair to try.
 
     Attributes:
-        adaptive: whether the choice hangs on how trials ended, not only on how many there were. If
-            it does, trials are made one after another.
+        adaptive: whether the choice depends on the final states of trials, not only on their
+            number; trials are then made one after another.
     """
 
     @property
@@ -27,12 +27,12 @@ class Policy(Protocol):
         """See the class."""
 
     def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
-        """The pair to try after trials that ended as counted; None when there is no more to do."""
+        """The next pair given the counts; None when done."""
 
 
 @dataclass(frozen=True)
 class Systematic:
-    """Every pair equally often, the paper's way; in rounds, in random order within each.
+    """Every pair equally often, as in the paper; in rounds, in random order within each.
 
     Attributes:
         repetitions: trials of each pair.
@@ -42,7 +42,7 @@ class Systematic:
     adaptive: bool = False
 
     def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
-        """One of the pairs that were tried least often."""
+        """A random one of the pairs with the fewest trials."""
         tried = {pair: _tried(counts, pair) for pair in pairs_of(counts)}
         least = min(tried.values(), default=self.repetitions)
         if least >= self.repetitions:
@@ -55,14 +55,14 @@ class Random:
     """A random action from a random initial state, of a random object.
 
     Attributes:
-        trials: in all.
+        trials: in total.
     """
 
     trials: int = 540
     adaptive: bool = False
 
     def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
-        """Any pair."""
+        """A random pair."""
         if sum(int(table.sum()) for table in counts.values()) >= self.trials:
             return None
         return _drawn(pairs_of(counts), rng)
@@ -70,21 +70,21 @@ class Random:
 
 @dataclass(frozen=True)
 class InformationGain:
-    """The pair by whose trial the robot's plans are expected to gain most.
+    """The pair whose trial is expected to improve the robot's plans most.
 
     Attributes:
-        trials: in all.
+        trials: in total.
     """
 
     trials: int = 135
     adaptive: bool = True
 
     def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
-        """The pair that `information_gain` puts first; among equals by chance."""
+        """The pair of greatest `information_gain`; a random one of ties."""
         if sum(int(table.sum()) for table in counts.values()) >= self.trials:
             return None
         tables = np.array(list(counts.values()), dtype=np.float64)
-        prior = shared_prior(tables, fitted(tables, rounds=3))
+        prior = shared_prior(tables, fit_weights(tables, rounds=3))
         gain = information_gain(tables + prior, rng)
         pairs = [pair for pair in pairs_of(counts) if pair.x_i not in OUT_OF_REACH]
         index = {name: o for o, name in enumerate(counts)}
@@ -94,7 +94,7 @@ class InformationGain:
 
 
 def pairs_of(counts: Counts) -> list[Pair]:
-    """Every object, initial state and action."""
+    """All combinations of object, initial state and action."""
     return [Pair(name, x_i, a) for name in counts for x_i in State for a in Action]
 
 

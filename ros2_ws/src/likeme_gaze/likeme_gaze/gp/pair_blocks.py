@@ -1,8 +1,8 @@
-"""Every unordered pair of training inputs once: half the work of a symmetric table.
+"""Every unordered pair of training inputs once, for sums over symmetric tables.
 
-The n inputs are cut into an odd number of blocks in a ring; each block is paired with itself and
-with the half of the ring that follows it. So block r and the (m + 1) / 2 blocks from r on form one
-rectangle, all rectangles have the same shape, and each two blocks meet exactly once.
+The n inputs are divided into an odd number m of blocks, ordered cyclically; each block is paired
+with itself and with the (m - 1) / 2 blocks after it. Block r and the (m + 1) / 2 blocks from r on
+form one rectangle; all rectangles have the same shape and every two blocks meet exactly once.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from likeme_gaze.checks import FloatArray
 
-#: Blocks in the ring, and the fewest inputs that are worth cutting.
+#: Number of blocks, and the fewest inputs for which blocks are faster.
 BLOCKS = 5
-WORTH_CUTTING = 50
+MIN_INPUTS = 50
 
 
 class PairBlocks(NamedTuple):
@@ -24,17 +24,17 @@ class PairBlocks(NamedTuple):
 
     Attributes:
         rows: training inputs along each rectangle's rows (m, s).
-        columns: and along its columns (m, w).
+        columns: training inputs along its columns (m, w).
     """
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
 
     def folded(self, table: FloatArray) -> FloatArray:
-        """Weights (m, s, w) under which a sum over the rectangles is one over all i and j.
+        """Weights (m, s, w) for which a sum over the rectangles equals one over all i and j.
 
-        For a symmetric `table` (n, n), times anything else that is symmetric. A pair that is met
-        more than once, as at the seam of a ring that n does not fill, shares its weight out.
+        For a symmetric `table` (n, n), times anything else symmetric. The weight of a pair that
+        occurs more than once, where the blocks exceed n, is divided among its occurrences.
         """
         at = self.rows[:, :, None], self.columns[:, None, :]
         met = np.zeros_like(table)
@@ -43,14 +43,14 @@ class PairBlocks(NamedTuple):
 
 
 def every_pair(count: int) -> PairBlocks:
-    """One rectangle: each i with each j."""
+    """One rectangle with every i and every j."""
     whole = np.arange(count)[None]
     return PairBlocks(whole, whole)
 
 
 def each_pair_once(count: int) -> PairBlocks:
-    """The ring of blocks over `count` inputs."""
-    if count < WORTH_CUTTING:
+    """The rectangles of the cyclic blocks over `count` inputs."""
+    if count < MIN_INPUTS:
         return every_pair(count)
     size = -(-count // BLOCKS)
     first = size * np.arange(BLOCKS)[:, None]

@@ -1,4 +1,4 @@
-"""What training data and hyperparameters make of Gaussian processes, computed once."""
+"""Quantities that follow from training data and hyperparameters, computed once."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.kernel import (
+from likeme_gaze.gp.kernel import (
     factor,
     gram,
     negative_log_likelihood,
@@ -16,19 +16,19 @@ from likeme_gaze.kernel import (
     solve,
     squared_distances,
 )
-from likeme_gaze.pair_blocks import PairBlocks, each_pair_once, every_pair
-from likeme_gaze.trend import (
+from likeme_gaze.gp.pair_blocks import PairBlocks, each_pair_once, every_pair
+from likeme_gaze.gp.trend import (
     Basis,
     Trend,
     Trends,
     basis_for,
-    coefficients_doubt,
+    trend_coefficients,
     trends_of,
 )
 
 
 class Conditioned(NamedTuple):
-    """E outputs and their P = E (E + 1) / 2 pairs a <= b, those with a = b first.
+    """E conditioned outputs and their P = E (E + 1) / 2 pairs a <= b, those with a = b first.
 
     Attributes (m = 1 + D with trends, else 0):
         squares: squared lengthscales (E, D).
@@ -36,17 +36,17 @@ class Conditioned(NamedTuple):
         signal_variance, noise_variance: σ_f² and σ_n² (E,).
         log_peak: log σ_f² + ½ log|Λ| (E,).
         lowers: Cholesky factors of the kernel matrices with noise (E, n, n).
-        weights: β = K⁻¹y (E, n), of what the trend leaves of y where there is one.
-        trends: those of all outputs, or none.
-        by_q: what E[k(x)] is summed with: β, and K⁻¹H where there are trends (E, n, 1 + m).
-        by_pull: what Cov[x, k(x)] is summed with: β, and K⁻¹HB of the slopes (E, n, 1 or 1 + D).
+        weights: β = K⁻¹y (E, n), of the residual y where there is a trend.
+        trends: of all outputs, or None.
+        by_q: weights of sums over E[k(x)]: β, and K⁻¹H with trends (E, n, 1 + m).
+        by_pull: weights of sums over Cov[x, k(x)]: β, and K⁻¹HB of the slopes (E, n, 1 or 1 + D).
         log_likelihood: log p(y | X) (E,).
         first, second: the outputs a and b of each pair (P,).
-        pair: which pair two outputs are (E, E).
+        pair: index of the pair of two outputs (E, E).
         second_kernels: Λ of each pair's second output (P, 1, D, D).
         identity: (D, D).
-        whole: every pair of training inputs, in one rectangle.
-        blocks: how the pairs of training inputs are gone through where a = b.
+        whole: all pairs of training inputs as one rectangle.
+        blocks: the pairs of training inputs as evaluated where a = b.
         tables: ββ' - K⁻¹ of each output in these blocks; with a trend, P stands for K⁻¹.
     """
 
@@ -90,10 +90,11 @@ def condition_on(
         inputs: (n, D).
         targets: (n, E).
         logs: log hyperparameters of each output (E, D + 2), in the order of `kernel`.
-        with_trend: whether a linear trend lies under each output.
+        with_trend: whether each output has a linear trend.
 
     Raises:
-        ValueError: noise too small for a positive definite matrix, or inputs that span no trend.
+        ValueError: noise too small for a positive definite matrix, or inputs that do not
+            determine the trend.
     """
     distances = squared_distances(inputs), squared_distances(inputs.astype(np.longdouble))
     basis = basis_for(inputs) if with_trend else None
@@ -152,10 +153,10 @@ def _condition(
     lower = factor(gram(distances[0], log_all), float(log_all[-1]))
     inverse, trend, size, rest = precision(lower), None, (0, 0.0), target
     if basis is not None and columns is not None:
-        solved, doubt, volume = coefficients_doubt(lower, columns)
-        trend = Trend(doubt @ (solved.T @ target), doubt, solved)
-        inverse -= solved @ doubt @ solved.T
-        rest, size = target - columns @ trend.coefficients, (len(doubt), float(volume))
+        solved, covariance, volume = trend_coefficients(lower, columns)
+        trend = Trend(covariance @ (solved.T @ target), covariance, solved)
+        inverse -= solved @ covariance @ solved.T
+        rest, size = target - columns @ trend.coefficients, (len(covariance), float(volume))
     weights = _refined_weights(lower, distances[1], log_all, rest)
     likelihood = -negative_log_likelihood(lower, weights, target, size)
     return _Output(lower, weights, inverse, trend, likelihood)
@@ -164,7 +165,7 @@ def _condition(
 def _refined_weights(
     lower: FloatArray, squared: NDArray[np.longdouble], log_all: FloatArray, target: FloatArray
 ) -> FloatArray:
-    """K⁻¹y with the residual in extended precision: what K's condition costs is won back."""
+    """K⁻¹y by iterative refinement with residuals in extended precision."""
     extended = log_all.astype(np.longdouble)
     matrix = gram(squared, extended)
     matrix[np.diag_indices_from(matrix)] += np.exp(2 * extended[-1])
