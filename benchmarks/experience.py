@@ -24,7 +24,7 @@ from likeme_core.tabletop import Action, State
 from likeme_experiments.learning.offline import learn_locally
 from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
-from likeme_inference.experience.policy import Systematic
+from likeme_inference.experience.exploration_policy import Systematic
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Pair, Trial, TrialKey
 from report import Bar, publish

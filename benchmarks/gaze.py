@@ -44,7 +44,7 @@ from likeme_gaze import (
     known,
     reverse_inference,
 )
-from likeme_gaze.blindfold import FIGURE_GROUPS, Group
+from likeme_gaze.blindfold import FIGURE_GROUPS, InfantGroup
 from likeme_gaze.simulation import SimulationSetup
 
 QUICK = '--quick' in sys.argv[1:]
@@ -115,7 +115,7 @@ def times(model: GazeModel, test: GazeTest) -> Iterator[report.Bar]:
     yield report.Bar('training both, n = 200', train, 2.0, 's', f'{THEIRS}: 3.2, corrected 6.3', 5)
 
 
-def timed_turns(task: tuple[Group, int]) -> tuple[NDArray[np.float64], float]:
+def timed_turns(task: tuple[InfantGroup, int]) -> tuple[NDArray[np.float64], float]:
     """Turns of CHUNK agents of a group, and the processor time they took."""
     start = time.process_time()
     group, first = task

@@ -25,7 +25,6 @@ from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.learning.cell_perception import object_view
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 from likeme_perception.look import look_at, read_frame, read_intrinsics
 from likeme_perception.observation import TableObservation
 from likeme_perception.pipeline import TabletopPerception
@@ -179,7 +178,9 @@ def segmented(color: Path) -> Segmented:
     assert background is not None
     found = background.foreground(frame) > 0
     table, _ = look_at(frame, perception.intrinsics)
-    blobs = [np.isin(np.arange(label.size), p).reshape(label.shape) for p, _ in table.things]
+    blobs = [
+        np.isin(np.arange(label.size), p).reshape(label.shape) for p, _ in table.unknown_objects
+    ]
     objects = [label // 10 == k for k in np.unique(label // 10) if k > 1]
     whole = sum(any(_iou(blob, one) > 0.8 for blob in blobs) for one in objects)
     return Segmented(_iou(found, label > 1), len(objects), whole)
@@ -230,7 +231,7 @@ def _topdown_bars(folder: Path) -> list[report.Bar]:
         table, perception = look_at(frame, camera)
         assert perception.background is not None
         truth = np.argwhere(label > 0).mean(axis=0)
-        middles = [np.mean(np.divmod(p, label.shape[1]), axis=1) for p, _ in table.things]
+        middles = [np.mean(np.divmod(p, label.shape[1]), axis=1) for p, _ in table.unknown_objects]
         off = min(float(np.hypot(*(m - truth))) for m in middles)
         depth = float(np.nanmedian(frame.depth[label > 0]))
         pixels.append(off)
@@ -254,7 +255,7 @@ def _hand_bars(folder: Path) -> list[report.Bar]:
         opened = cv2.morphologyEx(red.astype(np.uint8), cv2.MORPH_OPEN, np.ones((9, 9)))
         _, labels, stats, _ = cv2.connectedComponentsWithStats(opened)
         glove = labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-        shares.append(float(table.masks(frame.depth.shape)['hand'][glove].mean()))
+        shares.append(float(mask_of(table.hand, frame.depth.shape)[glove].mean()))
     name = 'real gloved hand: share of the glove found, mean'
     return [report.Bar(name, float(np.mean(shares)), 0.9, '', None, len(shares), False)]
 

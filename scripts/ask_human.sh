@@ -2,18 +2,18 @@
 # Usage: scripts/ask_human.sh [--by NAME] | list | answer ID done|try|skip [--by NAME]
 #                             [--network] [--domain N]
 #
-# The operator's console: what the robot asks, and the answer. Without arguments it waits for
-# questions and asks at the keyboard.
+# CLI client of ask_human. Without arguments it waits for requests and reads answers from the
+# keyboard.
 #
-#   list                     requests that are pending
-#   answer ID done           "I did it by hand": the robot looks and believes its camera
+#   list                     pending requests
+#   answer ID done           "I did it by hand": the camera decides the outcome
 #   answer ID try            "try your best action anyway"
-#   answer ID skip           "leave it"
-#   --by NAME                who answers (default: the user's name)
+#   answer ID skip           "skip it"
+#   --by NAME                name of the operator (default: the user name)
 #   --network                look for the cell on other machines of the subnet too
 #   --domain N               ROS domain (default: ROS_DOMAIN_ID or 0)
 #
-# Exit codes: 0 done (or left by Ctrl-C), 1 the answer was refused or the keyboard's input ended,
+# Exit codes: 0 done (or ended by Ctrl-C), 1 the answer was refused or the input ended,
 # 2 usage, 3 no cell is running.
 
 set -euo pipefail

@@ -137,8 +137,8 @@ def test_a_second_cell_on_the_same_domain_is_refused(tmp_path: Path) -> None:
         graph.until(lambda: 'perception on ROS domain' in other.said, 20, 'the other part')
 
         assert second.said == (
-            f'inference runs already on ROS domain {graph.domain}: end that cell, or take another '
-            'domain with --domain.\n'
+            f'inference already runs on ROS domain {graph.domain}: stop that cell, or choose '
+            'another domain with --domain.\n'
         )
         assert first.alive
         first.signal(signal.SIGKILL)

@@ -21,12 +21,12 @@ from likeme_experiments.learning.offline import NoClusterError, dask_pool, learn
 from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_experiments.learning.trial_cell import TrialFailedError, make_trial
 from likeme_inference.experience.campaign import Campaign, Progress
-from likeme_inference.experience.policy import Random
+from likeme_inference.experience.exploration_policy import Random
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 from likeme_inference.tabletop.model_file import load
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.regions import regions_of
+from likeme_perception.state_probability import regions_of
 
 CAMPAIGN = Campaign(simulated_robot(), 'offline-5', 5, ('lemon',), Random(6))
 

@@ -13,7 +13,6 @@ from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.learning.cell_perception import CellPerception, object_view
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 from likeme_perception.observation import TableObservation
 
 FRAME_RATE = 15.0

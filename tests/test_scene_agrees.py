@@ -8,8 +8,8 @@ import pytest
 from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import TOYS
 from likeme_inference.tabletop.model_file import shipped
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 
 
 def test_the_default_camera_pose_and_areas_are_the_scenes() -> None:

@@ -6,7 +6,7 @@ setup(
     name=package,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={'': ['**/*.csv', '**/*.json', '**/*.obj', '**/*.png', '**/*.urdf', '**/*.yaml']},
+    package_data={'': ['**/*.csv', 'py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
@@ -22,7 +22,7 @@ setup(
     zip_safe=False,
     maintainer='LikeMe maintainers',
     maintainer_email='maintainers@likeme.invalid',
-    description='Goal inference, action selection, asking for help (Chung et al. 2015).',
+    description='Goal inference, action selection and requests for help (Chung et al. 2015).',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
     entry_points={

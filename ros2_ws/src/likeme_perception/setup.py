@@ -6,7 +6,7 @@ setup(
     name=package,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={'': ['**/*.csv', '**/*.json', '**/*.obj', '**/*.png', '**/*.urdf', '**/*.yaml']},
+    package_data={'': ['data/*.yaml', 'py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
@@ -22,7 +22,7 @@ setup(
     zip_safe=False,
     maintainer='LikeMe maintainers',
     maintainer_email='maintainers@likeme.invalid',
-    description='From RGB-D frames to what is where, and who did what.',
+    description='Object states and human demonstrations from RGB-D frames.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
     entry_points={

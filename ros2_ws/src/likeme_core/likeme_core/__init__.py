@@ -1,1 +1,1 @@
-"""Values that all packages share. Only `likeme_core.ros` needs ROS."""
+"""Values that all packages share; ROS code that every node needs is in `ros`."""

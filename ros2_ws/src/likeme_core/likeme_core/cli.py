@@ -6,5 +6,5 @@ from typing import Annotated
 
 import typer
 
-#: Up to the greatest domain that DDS has ports for.
+#: 232 is the greatest domain ID for which DDS has ports.
 Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]

@@ -35,12 +35,9 @@ class Rectangle:
     ) -> NDArray[np.bool_]: ...
 
     def contains(
-        self,
-        x: float | NDArray[np.floating],
-        y: float | NDArray[np.floating],
-        margin: float = 0.0,
+        self, x: float | NDArray[np.floating], y: float | NDArray[np.floating], margin: float = 0.0
     ) -> bool | NDArray[np.bool_]:
-        """Whether points lie inside, edges included, grown by a margin (m) on every side."""
+        """Whether points lie inside the area extended by a margin (m), edges included."""
         return (
             (x >= self.x_min - margin)
             & (x <= self.x_max + margin)
@@ -50,10 +47,10 @@ class Rectangle:
 
     @property
     def centre(self) -> tuple[float, float]:
-        """The middle, (x, y)."""
+        """The centre, (x, y)."""
         return (self.x_min + self.x_max) / 2, (self.y_min + self.y_max) / 2
 
     def corners(self) -> NDArray[np.float64]:
-        """The four corners in order round the area, (4, 2)."""
+        """The four corners in order around the area, (4, 2)."""
         x0, x1, y0, y1 = self.x_min, self.x_max, self.y_min, self.y_max
         return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])

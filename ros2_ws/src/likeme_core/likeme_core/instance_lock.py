@@ -1,7 +1,7 @@
-"""At most one of each part on a ROS domain of this host: two arms would both do what one is told.
+"""Lock against a second instance of a node on the same ROS domain of this host.
 
-Linux only: a part's name is an abstract Unix socket, which the kernel gives back however its
-holder ends, and of which nothing is left on the disk.
+Two arm drivers would both execute each request. Linux only: a lock is an abstract Unix socket,
+which the kernel releases however the process ends, without a file to clean up.
 """
 
 from __future__ import annotations
@@ -13,33 +13,33 @@ from contextlib import ExitStack, contextmanager
 
 
 class AlreadyRunningError(Exception):
-    """A part runs on this domain already."""
+    """An instance already runs on this domain."""
 
 
 @contextmanager
 def claim(domain: int, parts: Iterable[str]) -> Iterator[None]:
-    """Hold the names of parts on a ROS domain.
+    """Hold the locks of some parts (node names) of the cell on a ROS domain.
 
     Raises:
-        AlreadyRunningError: somebody else holds one.
+        AlreadyRunningError: another process holds one.
     """
-    with ExitStack() as held:
+    with ExitStack() as sockets:
         for part in parts:
-            name = held.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+            lock = sockets.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
             try:
-                name.bind(f'\0likeme/domain/{domain}/{part}')
+                lock.bind(f'\0likeme/domain/{domain}/{part}')
             except OSError as error:
                 if error.errno != errno.EADDRINUSE:
                     raise
                 raise AlreadyRunningError(
-                    f'{part} runs already on ROS domain {domain}: end that cell, or take another '
-                    'domain with --domain.'
+                    f'{part} already runs on ROS domain {domain}: stop that cell, or choose '
+                    'another domain with --domain.'
                 ) from None
         yield
 
 
 def is_free(domain: int, parts: Iterable[str]) -> bool:
-    """Whether none of the parts runs on a ROS domain of this host."""
+    """Whether no instance of the parts runs on a ROS domain of this host."""
     try:
         with claim(domain, parts):
             return True

@@ -1,8 +1,7 @@
-"""Ctrl-C at a moment of one's own choice.
+"""Deferred SIGINT: KeyboardInterrupt raised only where the program checks for it.
 
-Python raises KeyboardInterrupt wherever it happens to be. In the middle of rclpy's C++ that comes
-out as a RuntimeError about some argument, so those who spin a node note the signal and ask for it
-between two spins.
+Python raises KeyboardInterrupt at any point. Inside rclpy's C++ code it becomes a RuntimeError
+about some argument, so a program that spins a node checks for the signal between two spins.
 """
 
 from __future__ import annotations
@@ -14,29 +13,29 @@ from types import FrameType
 
 
 @contextmanager
-def noted_interrupt() -> Iterator[Callable[[], None]]:
-    """Note SIGINT; the function that is given raises KeyboardInterrupt for it, once.
+def deferred_interrupt() -> Iterator[Callable[[], None]]:
+    """Defer SIGINT; the yielded function raises KeyboardInterrupt for it, once.
 
-    A second SIGINT before that is Python's own. For the main thread alone.
+    A second SIGINT before that has Python's default effect. Main thread only.
     """
-    noted = False
+    received = False
 
-    def note(number: int, frame: FrameType | None) -> None:
-        nonlocal noted
-        if noted:
+    def handle(number: int, frame: FrameType | None) -> None:
+        nonlocal received
+        if received:
             signal.default_int_handler(number, frame)
-        noted = True
+        received = True
 
     def check() -> None:
-        nonlocal noted
-        if noted:
-            noted = False
+        nonlocal received
+        if received:
+            received = False
             raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGINT, note)
+    before = signal.signal(signal.SIGINT, handle)
     try:
         yield check
     finally:
         signal.signal(signal.SIGINT, before)
-    # What came after the last question must not be forgotten.
+    # A signal after the last check must not be lost.
     check()

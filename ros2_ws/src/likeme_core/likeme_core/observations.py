@@ -1,4 +1,4 @@
-"""What perception tells inference: the states in one frame, and human acts.
+"""What perception passes to inference: the states in one frame, and demonstrations.
 
 Stamps are ROS time in ns; `frame` is the frame_id of the header a stamp came with. Probabilities
 are tuples indexed by State.
@@ -14,9 +14,9 @@ from likeme_core.tabletop import Action, Manner, State
 
 @dataclass(frozen=True)
 class TableSnapshot:
-    """What is where in one frame; objects whose state is not known are not in `states`.
+    """The states in one frame; an object whose state is unknown is not in `states`.
 
-    settled: no hand and no arm in view, every object at rest.
+    settled: no hand and no arm in view, and all objects at rest.
     """
 
     stamp: int
@@ -27,15 +27,15 @@ class TableSnapshot:
 
 @dataclass(frozen=True)
 class Demonstration:
-    """A human act seen from start to end: the fields of likeme_msgs/Demonstration.
+    """A human act: the fields of likeme_msgs/Demonstration.
 
     Attributes:
-        stamp: of the frame in which the act was found complete.
-        start, end: when the hand came into view, and when it left.
-        x_i_probability, x_f_probability: what perception gave every State, each summing to 1;
-            empty: x_i and x_f are certain.
+        stamp: of the frame that completed the act.
+        start, end: when the hand entered and when it left.
+        x_i_probability, x_f_probability: probability of each State, each summing to 1; empty: x_i
+            and x_f are certain.
         manner_probability: of `manner`, 0.5 to 1.
-        rise: greatest height the object gained on its way, m.
+        rise: greatest height above its initial position, m.
     """
 
     stamp: int
@@ -53,9 +53,9 @@ class Demonstration:
 
     @property
     def action(self) -> Action:
-        """The robot action that copies what was seen."""
+        """The robot action with the same manner and target."""
         return Action.of(self.manner, self.x_f)
 
     def undoes(self, other: Demonstration) -> bool:
-        """Whether this act takes the same object back."""
+        """Whether this act moves the same object back."""
         return (self.object, self.x_i, self.x_f) == (other.object, other.x_f, other.x_i)

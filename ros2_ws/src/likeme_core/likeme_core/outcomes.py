@@ -14,7 +14,7 @@ class Actor(IntEnum):
 
 
 class MotionOutcome(IntEnum):
-    """How the arm says a motion ended; the numbers of likeme_msgs/ExecuteAction."""
+    """How a motion ended, as reported by the arm; the numbers of likeme_msgs/ExecuteAction."""
 
     COMPLETED = 0
     NOT_GRASPED = 1
@@ -30,7 +30,7 @@ class MotionOutcome(IntEnum):
 
     @property
     def moved(self) -> bool:
-        """Whether the arm may have moved, so that the camera decides what became of the object."""
+        """Whether the arm may have moved; the object's state must then be observed."""
         return self <= MotionOutcome.HELD or self is MotionOutcome.FAILED
 
 

@@ -1,6 +1,6 @@
-"""Processes that end with the one that starts them.
+"""Child processes that end with their parent.
 
-Linux only: PR_SET_PDEATHSIG, so that not even `kill -9` of the parent leaves an orphan.
+Linux only: PR_SET_PDEATHSIG, so that `kill -9` of the parent leaves no orphan either.
 """
 
 from __future__ import annotations
@@ -14,20 +14,23 @@ from contextlib import contextmanager
 from typing import IO
 
 PR_SET_PDEATHSIG = 1
-# Loaded before any fork: importing between fork and exec is not safe.
+# Loaded before any fork, as importing between fork and exec is not safe.
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 def die_with_parent(parent: int) -> Callable[[], None]:
-    """A `preexec_fn` that has the kernel kill the child when process `parent` dies.
+    """A `preexec_fn` by which the kernel sends SIGKILL to the child when its parent dies.
 
-    SIGKILL, because then nobody is left who could insist. The death of the *thread* that forks
-    counts: start children from a thread that lives as long as they should.
+    The signal is sent when the *thread* that forks ends: start children from a thread that lives
+    as long as they should.
+
+    Args:
+        parent: process ID.
     """
 
     def before_exec() -> None:
         _LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        # The parent may have died before the line above: nothing would tell us any more.
+        # The parent may have died before the call, which then has no effect.
         if os.getppid() != parent:
             os._exit(1)
 
@@ -37,10 +40,10 @@ def die_with_parent(parent: int) -> Callable[[], None]:
 def start(
     command: Sequence[str], out: int | IO[bytes], environment: Mapping[str, str] | None = None
 ) -> subprocess.Popen[bytes]:
-    """Start a process without input, all it says in `out`.
+    """Start a process without stdin, with stdout and stderr in `out`.
 
-    It has a group of its own: the terminal's Ctrl-C is for this process, which then ends it.
-    environment: added to this process's own.
+    It has its own process group, so that Ctrl-C reaches this process alone, which then ends it.
+    environment: added to that of this process.
     """
     return subprocess.Popen(
         command,
@@ -54,7 +57,7 @@ def start(
 
 
 def interrupt(process: subprocess.Popen[bytes], grace: float) -> None:
-    """Have a process end by SIGINT, or by SIGKILL after `grace` s; returns when it has."""
+    """End a process by SIGINT, or by SIGKILL after a grace period (s), and wait for it."""
     process.send_signal(signal.SIGINT)
     try:
         process.wait(grace)
@@ -70,7 +73,7 @@ def running(
     grace: float,
     environment: Mapping[str, str] | None = None,
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """A process as by `start` that is interrupted at the end."""
+    """Context of a process from `start`, ended by `interrupt`."""
     process = start(command, out, environment)
     try:
         yield process

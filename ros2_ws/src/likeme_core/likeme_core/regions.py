@@ -1,4 +1,4 @@
-"""The table's regions and the paper's centroid rule (section "Sensing")."""
+"""Regions of the table and the paper's centroid rule (section "Sensing")."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from likeme_core.tabletop import State
 class Regions:
     """The work area, split by the blue line: LEFT is y > blue_line_y.
 
-    fallen_depth: a centroid this far below the table (m) is OFFTABLE wherever it is.
+    fallen_depth: a centroid lower than this below the table top (m) is OFFTABLE.
     """
 
     work_area: Rectangle
@@ -20,7 +20,7 @@ class Regions:
     fallen_depth: float = 0.03
 
     def state_of(self, x: float, y: float, z: float = 0.0) -> State:
-        """State of an object by its centroid (m): the centroid rule."""
+        """State of an object with this centroid (m)."""
         if z < -self.fallen_depth or not self.work_area.contains(x, y):
             return State.OFFTABLE
         return State.LEFT if y > self.blue_line_y else State.RIGHT

@@ -1,4 +1,4 @@
-"""Node parameters as data: one table a node, from which ROS parameters are declared."""
+"""Tables of node parameters, from which ROS parameters are declared."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ class Setting(NamedTuple):
     """A node parameter.
 
     Attributes:
-        default: its value unless somebody sets it.
-        description: what it means, with its unit.
+        default: value unless set; it also determines the type.
+        description: meaning and unit.
         limits: least and greatest value of a number.
-        read_only: whether it is read once, when the node starts.
+        read_only: whether it can be set only when the node starts.
     """
 
     default: Any

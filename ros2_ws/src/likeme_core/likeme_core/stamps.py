@@ -1,4 +1,4 @@
-"""Stamps are ROS time in integer nanoseconds."""
+"""Stamps: ROS time in integer nanoseconds."""
 
 from __future__ import annotations
 

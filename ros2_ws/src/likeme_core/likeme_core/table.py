@@ -11,10 +11,10 @@ from likeme_core.tabletop import State
 
 @dataclass(frozen=True)
 class Table:
-    """A slab whose top is z = 0 in base_link, m.
+    """A slab with its top at z = 0 in base_link, m.
 
-    The work area is the part of the top that counts as LEFT or RIGHT; the blue line divides it.
-    What has its centroid lower than the slab is thick has fallen off it.
+    The work area is the part of the top that is LEFT or RIGHT, separated by the blue line. An
+    object with its centroid below the slab is OFFTABLE.
     """
 
     top: Rectangle = Rectangle(0.22, 0.66, -0.38, 0.38)
@@ -30,5 +30,5 @@ class Table:
         return Regions(self.work_area, self.blue_line_y, self.thickness)
 
     def state_of(self, x: float, y: float, z: float = 0.0) -> State:
-        """State of an object by its centroid (m): the centroid rule."""
+        """State of an object with this centroid (m)."""
         return self.regions.state_of(x, y, z)

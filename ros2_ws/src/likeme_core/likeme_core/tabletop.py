@@ -10,7 +10,7 @@ from enum import IntEnum, StrEnum
 
 
 class State(IntEnum):
-    """Where an object is: a value of X_i, X_f or G. LEFT is the robot's left, y > 0."""
+    """Region of an object: a value of X_i, X_f or G. LEFT is the robot's left, y > 0."""
 
     LEFT = 0
     RIGHT = 1
@@ -18,7 +18,7 @@ class State(IntEnum):
 
 
 class Manner(IntEnum):
-    """How an object is moved: lifted and put down, or slid along the table."""
+    """How an object is moved: PLACE lifts it and puts it down, PUSH slides it on the table."""
 
     PLACE = 0
     PUSH = 1
@@ -41,17 +41,17 @@ class Action(IntEnum):
 
     @property
     def manner(self) -> Manner:
-        """Whether the action places or pushes."""
+        """PLACE or PUSH."""
         return Manner(self // len(State))
 
     @classmethod
     def of(cls, manner: Manner, target: State) -> Action:
-        """Compose an action of manner and target."""
+        """The action of a manner and a target."""
         return cls(manner * len(State) + target)
 
 
 class Mode(StrEnum):
-    """How a demonstration is imitated: the three columns of Table 1, and acting more than once."""
+    """How a demonstration is imitated: the three columns of Table 1, and several actions."""
 
     TRAJECTORY = 'trajectory'
     GOAL_BASED = 'goal_based'

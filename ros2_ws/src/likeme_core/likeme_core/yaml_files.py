@@ -1,4 +1,4 @@
-"""Reading YAML files, with one sentence for what cannot be read."""
+"""Reading of YAML files, with one error sentence."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import yaml
 
 
 def read_yaml(path: Path) -> Any:
-    """What is in a YAML file.
+    """The content of a YAML file.
 
     Raises:
-        ValueError: it cannot be read.
+        ValueError: it cannot be read or parsed.
     """
     try:
         return yaml.safe_load(path.read_text(encoding='utf-8'))

@@ -1,4 +1,4 @@
-"""Ctrl-C is noted, comes out where it is asked for, and is never lost."""
+"""SIGINT is deferred to the next check and never lost."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import signal
 
 import pytest
 
-from likeme_core.interrupt import noted_interrupt
+from likeme_core.interrupt import deferred_interrupt
 
 
-def test_it_comes_out_once_and_where_it_is_asked_for() -> None:
-    with noted_interrupt() as check:
+def test_a_check_raises_it_once() -> None:
+    with deferred_interrupt() as check:
         check()
         signal.raise_signal(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
@@ -19,13 +19,13 @@ def test_it_comes_out_once_and_where_it_is_asked_for() -> None:
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_nobody_asked() -> None:
-    with pytest.raises(KeyboardInterrupt), noted_interrupt():
+def test_it_is_raised_at_the_end_without_a_check() -> None:
+    with pytest.raises(KeyboardInterrupt), deferred_interrupt():
         signal.raise_signal(signal.SIGINT)
 
 
-def test_the_second_is_pythons_own() -> None:
-    with noted_interrupt() as check:
+def test_a_second_signal_is_raised_at_once() -> None:
+    with deferred_interrupt() as check:
         signal.raise_signal(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
@@ -33,12 +33,12 @@ def test_the_second_is_pythons_own() -> None:
             check()
 
 
-def interrupted_and_wrong() -> None:
-    with noted_interrupt():
+def interrupt_and_fail() -> None:
+    with deferred_interrupt():
         signal.raise_signal(signal.SIGINT)
         raise ValueError('inside')
 
 
-def test_what_went_wrong_inside_is_told() -> None:
+def test_an_error_inside_takes_precedence() -> None:
     with pytest.raises(ValueError, match='inside'):
-        interrupted_and_wrong()
+        interrupt_and_fail()

@@ -19,15 +19,15 @@ from likeme_experiments.evaluation.blindfold_groups import (
 )
 from likeme_gaze import eyes_covered, known
 from likeme_gaze.beliefs import Gaussian, independent
-from likeme_gaze.blindfold import FIGURE_GROUPS, Blindfold, Group, infant, scores
+from likeme_gaze.blindfold import FIGURE_GROUPS, InfantGroup, WornBlindfold, infant, scores
 from likeme_gaze.chain import HeadModel, chain, execution_noise
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.reverse import UNDERSTATED, log_evidence
+from likeme_gaze.reverse import VARIANCE_INFLATION, log_evidence
 from likeme_gaze.simulation import DEGREE
 
 
 @pytest.mark.parametrize('group', GROUPS, ids=lambda group: group.name)
-def test_follows_or_does_not_as_infants_do(group: Group) -> None:
+def test_follows_or_does_not_as_infants_do(group: InfantGroup) -> None:
     score = group_score(group_turns(7, group, 12))
     if group.follows:
         assert score.mean > 3
@@ -56,13 +56,14 @@ def test_an_agent_is_the_same_whichever_others_there_are() -> None:
 
 def test_only_those_who_wore_it_know_the_blindfold() -> None:
     knows = {
-        kind: infant(np.random.default_rng(1), kind).blindfold is not None for kind in Blindfold
+        kind: infant(np.random.default_rng(1), kind).blindfold is not None
+        for kind in WornBlindfold
     }
     assert knows == {
-        Blindfold.UNKNOWN: False,
-        Blindfold.WINDOWED: False,
-        Blindfold.OPAQUE: True,
-        Blindfold.SEE_THROUGH: True,
+        WornBlindfold.UNKNOWN: False,
+        WornBlindfold.WINDOWED: False,
+        WornBlindfold.OPAQUE: True,
+        WornBlindfold.SEE_THROUGH: True,
     }
 
 
@@ -77,7 +78,7 @@ def test_movements_tell_who_is_blindfolded() -> None:
 
 def test_the_evidence_is_the_density_of_all_executions() -> None:
     """Of a goal that is all but known the model is linear: the joint density in one piece."""
-    model = infant(np.random.default_rng(2), Blindfold.UNKNOWN, points=40).head
+    model = infant(np.random.default_rng(2), WornBlindfold.UNKNOWN, points=40).head
     prior = independent(Gaussian(np.array([300.0, 200.0]), 1e-6 * np.eye(2)), known([0.1]))
     linear = chain(model, prior)
     step = np.array([0.03, 6.0])
@@ -96,7 +97,7 @@ def joint_log_density(model: HeadModel, prior: Gaussian, final: FloatArray) -> f
     noise = execution_noise(model, linear)
     gain = linear.sensitivity
     through = gain.T @ prior.covariance @ gain
-    common = UNDERSTATED * (linear.final.covariance - through - noise) + through
+    common = VARIANCE_INFLATION * (linear.final.covariance - through - noise) + through
     count = len(final)
     joint = np.kron(np.ones((count, count)), common) + np.kron(np.eye(count), noise)
     return float(
@@ -105,10 +106,10 @@ def joint_log_density(model: HeadModel, prior: Gaussian, final: FloatArray) -> f
 
 
 def test_who_never_wore_one_cannot_tell() -> None:
-    agent = infant(np.random.default_rng(1), Blindfold.UNKNOWN)
+    agent = infant(np.random.default_rng(1), WornBlindfold.UNKNOWN)
     prior = independent(Gaussian(np.zeros(2), np.eye(2)), known([0.0]))
     with pytest.raises(ValueError, match='Expected an agent with experience of a blindfold'):
-        eyes_covered(agent, prior, np.zeros((2, 2)))
-    knowing = infant(np.random.default_rng(1), Blindfold.OPAQUE)
+        blindfold_probability(agent, prior, np.zeros((2, 2)))
+    knowing = infant(np.random.default_rng(1), WornBlindfold.OPAQUE)
     with pytest.raises(ValueError, match='Expected a probability above 0 and below 1, got 1'):
-        eyes_covered(knowing, prior, np.zeros((2, 2)), before=1.0)
+        blindfold_probability(knowing, prior, np.zeros((2, 2)), before=1.0)

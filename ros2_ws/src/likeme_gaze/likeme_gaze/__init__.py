@@ -1,4 +1,6 @@
-"""The continuous model: gaze following by Gaussian processes (Case I, Fig 1, 4, 5 and 6).
+"""Gaze following by Gaussian processes: the paper's continuous model (Case I; Fig 1, 4, 5, 6).
+
+Lengths in cm, angles in rad; no ROS.
 
 model = GazeModel.simulated(seed=1)
 follower = GazeFollower(model, agent=Pose2(0.0, 0.0, 0.0))
@@ -8,7 +10,7 @@ following.goal.mean, following.action.mean
 """
 
 from likeme_gaze.beliefs import Gaussian, known
-from likeme_gaze.blindfold_detection import eyes_covered
+from likeme_gaze.blindfold_detection import blindfold_probability
 from likeme_gaze.chain import HeadModel
 from likeme_gaze.follower import GazeFollower, Mentor
 from likeme_gaze.following import (
@@ -19,9 +21,10 @@ from likeme_gaze.following import (
     forward_inference,
 )
 from likeme_gaze.frames import Pose2
-from likeme_gaze.gaussian_processes import GaussianProcesses, Moments
 from likeme_gaze.gaze_model import GazeModel
-from likeme_gaze.reverse import Evidence, Reversed, infer_goal, reverse_inference
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses, OutputMoments
+from likeme_gaze.gp.training import HyperparameterSearch, fit
+from likeme_gaze.reverse import Evidence, ReverseInference, infer_goal, reverse_inference
 from likeme_gaze.simulation import (
     Experience,
     SimulationSetup,
@@ -30,7 +33,6 @@ from likeme_gaze.simulation import (
     goal_prior,
     self_experience,
 )
-from likeme_gaze.training import Search, fit
 
 __all__ = [
     'Evidence',
@@ -42,16 +44,16 @@ __all__ = [
     'GazeFollower',
     'GazeModel',
     'HeadModel',
+    'HyperparameterSearch',
     'Mentor',
-    'Moments',
+    'OutputMoments',
     'Pose2',
-    'Reversed',
-    'Search',
+    'ReverseInference',
     'SimulationSetup',
     'Viewpoints',
+    'blindfold_probability',
     'blindfolded_experience',
     'experience_of',
-    'eyes_covered',
     'fit',
     'follow_gaze',
     'forward_inference',

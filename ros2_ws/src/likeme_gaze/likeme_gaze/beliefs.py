@@ -1,4 +1,4 @@
-"""Gaussian beliefs as values."""
+"""Gaussian beliefs: marginals, joints, conditioning, mixtures."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ class Gaussian(NamedTuple):
 
 
 def known(value: ArrayLike) -> Gaussian:
-    """A belief without doubt: mean `value` (..., D), covariance 0."""
+    """A belief without uncertainty: mean `value` (..., D), covariance 0."""
     mean = np.asarray(value, dtype=np.float64)
     return Gaussian(mean, np.zeros((*mean.shape, mean.shape[-1])))
 
 
 def checked(name: str, belief: Gaussian, width: int) -> Gaussian:
-    """The same belief over `width` coordinates as fresh arrays.
+    """A validated copy of a belief over `width` coordinates.
 
     Raises:
-        ValueError: shapes that do not fit, numbers that are not finite, no covariance.
+        ValueError: wrong shapes, values that are not finite, or an invalid covariance.
     """
     batch = np.shape(belief.mean)[:-1]
     return Gaussian(
@@ -47,13 +47,13 @@ def checked(name: str, belief: Gaussian, width: int) -> Gaussian:
 
 
 def independent(first: Gaussian, second: Gaussian) -> Gaussian:
-    """The joint belief of two that know nothing of each other."""
+    """The joint of two independent beliefs."""
     empty = np.zeros((*first.mean.shape, second.mean.shape[-1]))
     return coupled(first, second, empty)
 
 
 def coupled(first: Gaussian, second: Gaussian, cross: FloatArray) -> Gaussian:
-    """The joint belief of two with Cov[first, second] = `cross`."""
+    """The joint of two beliefs with Cov[first, second] = `cross`."""
     upper = np.concatenate([first.covariance, cross], axis=-1)
     lower = np.concatenate([np.swapaxes(cross, -1, -2), second.covariance], axis=-1)
     return Gaussian(
@@ -64,7 +64,7 @@ def coupled(first: Gaussian, second: Gaussian, cross: FloatArray) -> Gaussian:
 def condition(
     belief: Gaussian, seen: Gaussian, cross: FloatArray, observed: FloatArray
 ) -> Gaussian:
-    """The belief after `observed`, predicted as `seen` with Cov[belief, seen] = `cross`.
+    """The belief given `observed`, which was predicted as `seen` with Cov[belief, seen] = `cross`.
 
     mean + C S⁻¹ (observed - E[seen]) and covariance - C S⁻¹ C', by the Cholesky factor of S.
     """
@@ -80,7 +80,7 @@ def condition(
 
 
 def mixture(parts: Gaussian, weights: FloatArray) -> Gaussian:
-    """The Gaussian with the moments of a mixture of `parts` (K, ..., D), weights (K, ...)."""
+    """The moment-matched Gaussian of a mixture of `parts` (K, ..., D), weights (K, ...)."""
     mean = (weights[..., None] * parts.mean).sum(axis=0)
     away = parts.mean - mean
     spread = parts.covariance + away[..., :, None] * away[..., None, :]
@@ -88,7 +88,7 @@ def mixture(parts: Gaussian, weights: FloatArray) -> Gaussian:
 
 
 def symmetric(matrix: FloatArray) -> FloatArray:
-    """The symmetric part of a matrix, or of a batch of them."""
+    """The symmetric part of a matrix or of a batch."""
     return np.asarray((matrix + matrix.swapaxes(-1, -2)) / 2)
 
 

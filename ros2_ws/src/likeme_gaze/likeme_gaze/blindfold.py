@@ -1,8 +1,8 @@
-"""Whether an agent follows the gaze of a mentor who wears a blindfold (Fig 1b, Fig 6).
+"""The blindfold experiment: does an agent follow a blindfolded mentor's gaze (Fig 1b, Fig 6).
 
-Agents with little experience (n = 15) watch a mentor turn 45 degrees to a target that is as far
-from either of them. An agent that knows blindfolds explains the mentor by the policy π_B it
-learned under one; its own head is never covered.
+Agents with little experience (n = 15) observe a mentor that turns by 45 degrees to a target
+equidistant from both. An agent with blindfold experience infers the goal of a blindfolded mentor
+by the policy π_B learned under the blindfold; its own eyes are open.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from likeme_gaze.beliefs import Gaussian, independent, known
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.following import Viewpoints, follow_gaze
 from likeme_gaze.gaze_model import GazeModel
+from likeme_gaze.gp.training import HyperparameterSearch
 from likeme_gaze.reverse import Evidence
 from likeme_gaze.simulation import (
     DEGREE,
@@ -28,18 +29,18 @@ from likeme_gaze.simulation import (
     goal_prior,
     self_experience,
 )
-from likeme_gaze.training import Search
 
-#: Training points of an infant, trials it is shown, and executions of the mentor's turn in each.
+#: Training points per infant, trials per infant, and executions of the mentor's turn per trial.
 POINTS, TRIALS, EXECUTIONS = 15, 4, 5
-#: The mentor's turn, rad, and what counts as following: the paper's threshold and a stricter one.
+#: The mentor's turn and the least turn that counts as following, rad: the paper's and a stricter
+#: one.
 TURN, THRESHOLDS = 45 * DEGREE, (30 * DEGREE, 35 * DEGREE)
-#: Fifteen points carry few details: one start of the optimiser, and no signal below its noise.
-INFANT_SEARCH = Search(starts=((3.0, 1.5, 0.2),), iterations=60)
+#: For 15 points: one optimiser start, and a bound that keeps the signal above the noise.
+INFANT_SEARCH = HyperparameterSearch(starts=((3.0, 1.5, 0.2),), iterations=60)
 
 
-class Blindfold(Enum):
-    """What an agent has experienced under the blindfold the mentor wears."""
+class WornBlindfold(Enum):
+    """The kind of blindfold that an agent wore before the test."""
 
     UNKNOWN = 'never worn'
     WINDOWED = 'with windows'
@@ -47,57 +48,57 @@ class Blindfold(Enum):
     SEE_THROUGH = 'see-through'
 
 
-class Group(NamedTuple):
-    """Agents of one kind in front of one kind of mentor.
+class InfantGroup(NamedTuple):
+    """One experimental condition.
 
     Attributes:
-        name: as in the table.
-        experience: with the blindfold.
-        covers: whether what the mentor wears covers its eyes; a headband does not.
-        follows: what infants of this group do.
+        name: row label.
+        experience: the blindfold worn before the test.
+        covers: whether the mentor's eyes are covered; a headband does not cover them.
+        follows: whether infants of this group follow the gaze.
     """
 
     name: str
-    experience: Blindfold
+    experience: WornBlindfold
     covers: bool
     follows: bool
 
 
 #: Fig 6: 12-month-olds after one of three kinds of self-experience.
 FIGURE_GROUPS = (
-    Group('baseline', Blindfold.UNKNOWN, True, True),
-    Group('windowed', Blindfold.WINDOWED, True, True),
-    Group('opaque', Blindfold.OPAQUE, True, False),
+    InfantGroup('baseline', WornBlindfold.UNKNOWN, True, True),
+    InfantGroup('windowed', WornBlindfold.WINDOWED, True, True),
+    InfantGroup('opaque', WornBlindfold.OPAQUE, True, False),
 )
-#: What the paper tells and does not model: older infants know what closed eyes do, so they do not
-#: follow a blindfold, follow a headband, and follow again after a blindfold one can see through.
+#: Described in the paper but not modelled there: 18-month-olds do not follow a blindfolded mentor,
+#: follow one with a headband, and follow a blindfolded one after a see-through blindfold.
 OLDER_GROUPS = (
-    Group('18 months, blindfold', Blindfold.OPAQUE, True, False),
-    Group('18 months, headband', Blindfold.OPAQUE, False, True),
-    Group('18 months, see-through', Blindfold.SEE_THROUGH, True, True),
+    InfantGroup('18 months, blindfold', WornBlindfold.OPAQUE, True, False),
+    InfantGroup('18 months, headband', WornBlindfold.OPAQUE, False, True),
+    InfantGroup('18 months, see-through', WornBlindfold.SEE_THROUGH, True, True),
 )
 
 
 def infant(
     rng: np.random.Generator,
-    experience: Blindfold,
+    experience: WornBlindfold,
     setting: SimulationSetup | None = None,
     points: int = POINTS,
 ) -> GazeModel:
-    """An agent with `points` head movements, and as many under the blindfold where it wore one.
+    """An agent trained on `points` head movements, and as many under the blindfold it wore.
 
-    Through windows, and through a see-through blindfold, targets are seen: that experience is like
-    any other. The windows group is trained normally, as in the paper: it learns no policy of its
-    own for the blindfold. After a see-through one the agent knows that blindfold by itself.
+    Windowed and see-through blindfolds leave targets visible, so movements under them follow the
+    same model. As in the paper, the windowed group learns no separate policy for the blindfold;
+    after a see-through one the agent has one.
     """
     scene = setting or SimulationSetup()
-    memory = self_experience(rng, points, scene)
-    hooded: Experience | None = None
-    if experience is Blindfold.OPAQUE:
-        hooded = blindfolded_experience(rng, points, scene)
-    elif experience is Blindfold.SEE_THROUGH:
-        hooded = self_experience(rng, points, scene)
-    return GazeModel.learned(memory, hooded, INFANT_SEARCH)
+    experience_open = self_experience(rng, points, scene)
+    blindfolded: Experience | None = None
+    if experience is WornBlindfold.OPAQUE:
+        blindfolded = blindfolded_experience(rng, points, scene)
+    elif experience is WornBlindfold.SEE_THROUGH:
+        blindfolded = self_experience(rng, points, scene)
+    return GazeModel.learned(experience_open, blindfolded, INFANT_SEARCH)
 
 
 def turns(
@@ -106,10 +107,10 @@ def turns(
     covers: bool,
     setting: SimulationSetup | None = None,
 ) -> FloatArray:
-    """How far the agent turns towards the target in each of 4 trials, rad (TRIALS,).
+    """The agent's turn in each of 4 trials, rad (TRIALS,); positive is towards the target.
 
-    Positive is the right direction. Two targets to either side, in random order; the agent starts
-    looking at the mentor, and its turn is a noisy execution of the action it inferred.
+    Two targets on either side, in random order. The agent starts facing the mentor; its turn is a
+    noisy execution of the inferred action.
     """
     scene = setting or SimulationSetup()
     sides = rng.permutation([1.0, -1.0] * (TRIALS // 2))
@@ -117,7 +118,7 @@ def turns(
     following = follow_gaze(
         (agent.mentor_head(covers), agent.head),
         trial_prior(scene),
-        Evidence(EXECUTIONS, shown(rng, sides, scene).mean(axis=0)),
+        Evidence(EXECUTIONS, mentor_turns(rng, sides, scene).mean(axis=0)),
         Viewpoints(scene.agent, scene.mentor, known(start[:, None])),
     )
     _, final = execute(rng, following.action.mean, start, scene)
@@ -126,13 +127,15 @@ def turns(
 
 
 def scores(turned: FloatArray, threshold: float) -> FloatArray:
-    """Sum over trials of +1 for a turn of `threshold` the right way and -1 the wrong way (...)."""
+    """Looking score (...): +1 for each turn of `threshold` to the target, -1 for each opposite."""
     right, wrong = turned >= threshold, turned <= -threshold
     return np.asarray(right.sum(axis=-1) - wrong.sum(axis=-1), dtype=np.float64)
 
 
-def shown(rng: np.random.Generator, sides: FloatArray, setting: SimulationSetup) -> FloatArray:
-    """The mentor's executions of a turn to each side, from facing the agent (K, TRIALS, 2)."""
+def mentor_turns(
+    rng: np.random.Generator, sides: FloatArray, setting: SimulationSetup
+) -> FloatArray:
+    """Final states of the mentor's turns to each side, started facing the agent (K, TRIALS, 2)."""
     away = math.hypot(setting.mentor.x - setting.agent.x, setting.mentor.y - setting.agent.y)
     distance = away / 2 / math.cos(TURN)
     goal = distance * np.stack([np.cos(TURN * sides), np.sin(TURN * sides)], axis=-1)
@@ -142,7 +145,7 @@ def shown(rng: np.random.Generator, sides: FloatArray, setting: SimulationSetup)
 
 
 def trial_prior(setting: SimulationSetup) -> Gaussian:
-    """Prior of (goal, x_i) in the mentor's frame, the same for every trial."""
+    """Prior of (goal, x_i) in the mentor's frame, repeated for every trial."""
     goal = setting.mentor.belief_from_parent(goal_prior(setting.agent, setting.mentor))
     both = independent(goal, known([0.0]))
     shape = (TRIALS, *both.mean.shape)

@@ -1,8 +1,8 @@
-"""Whether a mentor can see, by its movements alone: the agent's two policies as two explanations.
+"""Detecting a blindfold from head movements by Bayesian model comparison.
 
-Five looks at one goal end close together; turns under an opaque blindfold have nothing in common.
-An agent that has known both tells them apart by Bayesian model comparison: how likely its policy π
-and its policy π_B make what it saw, each with the goal summed out.
+Repeated fixations of one goal end close together; turns under an opaque blindfold are unrelated to
+any goal. The evidence of the observed final states under the policy π is compared with that under
+π_B, the goal marginalised in both.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from likeme_gaze.gaze_model import GazeModel
 from likeme_gaze.reverse import log_evidence
 
 
-def eyes_covered(
+def blindfold_probability(
     model: GazeModel, prior: Gaussian, final: FloatArray, before: float = 0.5
 ) -> FloatArray:
     """P(the mentor is blindfolded | x_i, x_f of K executions), shape (...).
 
     Args:
-        model: an agent with experience of a blindfold.
+        model: an agent with blindfold experience.
         prior: of (goal, x_i) in the mentor's frame (..., 2 + S).
         final: x_f of each execution (K, ..., F), distances included.
-        before: the probability before any movement was seen.
+        before: prior probability of a blindfold.
 
     Raises:
-        ValueError: an agent that never wore a blindfold, or a probability that decides beforehand.
+        ValueError: an agent without blindfold experience, or a prior that is 0 or 1.
     """
     if model.blindfold is None:
         raise ValueError('Expected an agent with experience of a blindfold, got one without.')

@@ -1,9 +1,9 @@
-"""Goal and start to action to final state, as one linear-Gaussian chain around a belief (Fig 1a).
+"""The chain (goal, start) -> action -> final state, linearised around a belief (Fig 1a).
 
 The two Gaussian processes are the policy, a = π(g, x_i) + u, and the transition,
-x_f = f(x_i, a) + n. A Gaussian belief about (g, x_i) is carried through the first, and the joint
-Gaussian of (a, x_i) through the second, with exact moments. The action depends on the start, so
-their covariance is carried along.
+x_f = f(x_i, a) + n. A Gaussian belief about (g, x_i) is propagated through the policy, and the
+joint Gaussian of (a, x_i) through the transition, with exact moments. The action depends on the
+start, so their covariance is part of the joint.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 
 from likeme_gaze.beliefs import Gaussian, coupled, symmetric
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses
 
-#: A goal is a place in the plane.
+#: Coordinates of a goal, a point in the plane.
 GOAL = 2
 
 
 class HeadModel(NamedTuple):
-    """What an agent knows of its own head: policy π and transition f.
+    """An agent's learned head model: policy π and transition f.
 
     Attributes:
         policy: inputs (goal x, goal y, x_i ...), outputs the action.
@@ -33,7 +33,7 @@ class HeadModel(NamedTuple):
 
     @property
     def action_width(self) -> int:
-        """Coordinates of an action."""
+        """Number of coordinates of an action."""
         return int(self.policy.targets.shape[1])
 
 
@@ -68,10 +68,10 @@ class Chain(NamedTuple):
 
 
 def chain(model: HeadModel, belief: Gaussian, keep_coupling: bool = True) -> Chain:
-    """Carry the belief about (g, x_i) through policy and transition.
+    """Propagate the belief about (g, x_i) through policy and transition.
 
-    Without `keep_coupling` action and start enter the transition as if independent, as the
-    authors' code has it.
+    Without `keep_coupling` action and start enter the transition as independent, as in the
+    authors' code.
     """
     policy = model.policy.regress(*belief)
     action = Gaussian(policy.mean, policy.covariance)
@@ -96,8 +96,8 @@ def chain(model: HeadModel, belief: Gaussian, keep_coupling: bool = True) -> Cha
 def execution_noise(model: HeadModel, linear: Chain) -> FloatArray:
     """Covariance of x_f between executions of one goal from one start (..., F, F).
 
-    Noise of the action, carried through the transition, and noise of the final state. All other
-    doubt (the goal, the start, what the Gaussian processes do not know) executions have in common.
+    Action noise propagated through the transition, plus the noise of the final state. All other
+    uncertainty (goal, start, the Gaussian processes themselves) is shared by the executions.
     """
     width = model.action_width
     through = linear.by_action[..., :width, :]

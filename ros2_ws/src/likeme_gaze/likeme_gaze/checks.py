@@ -1,4 +1,4 @@
-"""What comes in from outside is looked at once, and refused with the two numbers."""
+"""Validation of arrays from callers; errors state the expected and the received value."""
 
 from __future__ import annotations
 
@@ -9,17 +9,18 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 
-#: How far a covariance may be from symmetric, and its correlations from positive semidefinite,
-#: and still be taken for one that was only rounded.
+#: Relative asymmetry of a covariance, and negative eigenvalue of its correlations, accepted as
+#: rounding.
 ROUNDING = 1e-9
-VANISHED = 1e-60
+#: Entries below this part of the largest variance are underflow.
+UNDERFLOW = 1e-60
 
 
 def numbers(name: str, value: ArrayLike, shape: Sequence[int | None]) -> FloatArray:
-    """`value` as a new float array of finite numbers; None in `shape` stands for any length.
+    """`value` as a new float array of finite numbers; None in `shape` matches any length.
 
     Raises:
-        ValueError: another shape, or a number that is not finite.
+        ValueError: a wrong shape, or values that are not finite.
     """
     try:
         array = np.array(value, dtype=np.float64)
@@ -40,7 +41,7 @@ def covariances(name: str, value: ArrayLike, shape: Sequence[int]) -> FloatArray
     """`value` as covariance matrices (..., D, D), made exactly symmetric.
 
     Raises:
-        ValueError: another shape, not symmetric, or a variance or a correlation out of range.
+        ValueError: a wrong shape, asymmetry, or a variance or correlation out of range.
     """
     array = numbers(name, value, shape)
     flipped = np.swapaxes(array, -1, -2)
@@ -49,14 +50,13 @@ def covariances(name: str, value: ArrayLike, shape: Sequence[int]) -> FloatArray
         raise ValueError(f'Expected {name} with variances of at least 0, got {variances.min():g}.')
     scale = np.sqrt(variances)
     size = scale[..., :, None] * scale[..., None, :]
-    # Entries this much smaller than the variances are what underflow left of a product.
-    slack = VANISHED * variances.max(initial=0.0)
+    slack = UNDERFLOW * variances.max(initial=0.0)
     if (np.abs(array - flipped) > ROUNDING * size + slack).any():
         gap = np.abs(array - flipped).max()
         raise ValueError(f'Expected {name} to be symmetric, got entries that differ by {gap:g}.')
     symmetric: FloatArray = (array + flipped) / 2
     correlation = np.divide(symmetric, size, out=np.zeros_like(array), where=size > 0)
-    # An entry beyond its variances is refused all the same, without overflow on the way.
+    # Correlations beyond 1 are rejected below; clipping avoids overflow in eigvalsh.
     np.clip(correlation, -1.5, 1.5, out=correlation)
     least = np.linalg.eigvalsh(correlation).min(initial=0.0)
     correlated = np.abs(symmetric[size == 0]).max(initial=0.0)

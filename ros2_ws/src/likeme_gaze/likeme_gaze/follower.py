@@ -1,4 +1,4 @@
-"""A mentor watched from its start pose on: the one place where gaze following keeps a state."""
+"""Stateful gaze following of one mentor, from its start pose on."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from likeme_gaze.gaze_model import GazeModel
 from likeme_gaze.reverse import Evidence
 from likeme_gaze.simulation import goal_prior
 
-#: A mentor who stands closer than this (cm) has no direction to be faced in.
-NEAREST = 10.0
+#: Least distance of agent and mentor, cm; closer, the direction between them is undefined.
+MIN_DISTANCE = 10.0
 
 
 class Mentor(NamedTuple):
-    """Where the mentor stood when it was first seen.
+    """The mentor at its start pose.
 
     Attributes:
-        frame: its frame in the parent's: at the head, x towards the agent.
-        start: x_i, its heading in that frame, rad.
+        frame: the mentor's frame in the parent frame: origin at the head, x towards the agent.
+        start: x_i, the heading in that frame, rad.
         blindfolded: whether its eyes are covered.
     """
 
@@ -34,10 +34,10 @@ class Mentor(NamedTuple):
 
 
 class GazeFollower:
-    """Takes a mentor's start pose, then observations, and answers each with a Following.
+    """Takes a mentor's start pose, then observations, and returns a Following for each.
 
     All poses are in one parent frame: cm, rad, x forward, y left, counter-clockwise.
-    Every refusal is a ValueError and leaves the follower as it was.
+    A rejected input raises ValueError and leaves the follower unchanged.
     """
 
     def __init__(
@@ -48,15 +48,14 @@ class GazeFollower:
         prior: Gaussian | None = None,
         most_moved: float = 30.0,
     ) -> None:
-        """A follower that has seen nothing yet.
+        """A follower without a mentor.
 
         Args:
             model: the trained agent.
-            agent: its frame in the parent's: at its head, x where it looks by default.
-            agent_heading: where it looks now, in its own frame, rad.
-            prior: of the goal in the parent's frame (2,); by default the wide one halfway
-                between agent and mentor.
-            most_moved: how far (cm) the mentor's head may move from its start place.
+            agent: the agent's frame in the parent frame: origin at its head, x its default gaze.
+            agent_heading: its current heading in its own frame, rad.
+            prior: of the goal in the parent frame (2,); default: simulation.goal_prior.
+            most_moved: largest distance of the mentor's head from its start position, cm.
         """
         self.model = model
         self.agent = checked_pose("the agent's pose", agent)
@@ -69,30 +68,31 @@ class GazeFollower:
 
     @property
     def mentor(self) -> Mentor | None:
-        """The mentor that is being watched."""
+        """The current mentor."""
         return self._mentor
 
     @property
     def observations(self) -> int:
-        """How many final states of this mentor were seen."""
+        """Number of observed final states of this mentor."""
         return len(self._seen)
 
     @property
     def following(self) -> Following | None:
-        """The answer to the last observation."""
+        """The result of the last observation."""
         return self._last
 
     def start(self, pose: Pose2, blindfolded: bool = False) -> Mentor:
-        """Begin with a mentor: `pose` is its head before it moves. Forgets the mentor before.
+        """Start with a mentor, whose head is at `pose` before it moves; replaces the one before.
 
         Raises:
-            ValueError: numbers that are not finite, or a mentor where the agent is.
+            ValueError: values that are not finite, or a mentor too close to the agent.
         """
         head = checked_pose("the mentor's start pose", pose)
         away = math.hypot(head.x - self.agent.x, head.y - self.agent.y)
-        if away < NEAREST:
+        if away < MIN_DISTANCE:
             raise ValueError(
-                f'Expected the mentor at least {NEAREST:g} cm from the agent, got {away:.1f} cm.'
+                f'Expected the mentor at least {MIN_DISTANCE:g} cm from the agent, '
+                f'got {away:.1f} cm.'
             )
         frame = head.facing(self.agent.x, self.agent.y)
         self._mentor = Mentor(frame, float(wrapped(head.heading - frame.heading)), blindfolded)
@@ -100,19 +100,18 @@ class GazeFollower:
         return self._mentor
 
     def observe(self, pose: Pose2, distance: float | None = None) -> Following:
-        """Take the mentor's head after a movement, and say what it looks at.
+        """Add the mentor's head pose after a turn and infer what it looks at.
 
-        Several observations of one mentor are several executions of one goal, each from the
-        start pose.
+        Several observations of one mentor are executions of one goal, each from the start pose.
 
         Args:
-            pose: the head.
-            distance: how far away its eyes converge, cm, where that can be seen: for all
-                observations of a mentor or for none.
+            pose: of the head.
+            distance: fixation distance, cm, if measured: for all observations of a mentor or for
+                none.
 
         Raises:
-            ValueError: no start pose yet, numbers that are not finite, a mentor who walked away,
-                a distance that is not positive or not as before.
+            ValueError: no start pose yet, values that are not finite, a mentor that moved away, a
+                distance that is not positive, or with and without a distance mixed.
         """
         if self._mentor is None:
             raise ValueError('Expected a start pose before the first observation, got none.')

@@ -1,4 +1,4 @@
-"""Forward inference, and following a mentor's gaze by reverse and forward inference (Fig 1c)."""
+"""Forward inference, and gaze following by reverse and forward inference (Fig 1c)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from likeme_gaze.reverse import Evidence, infer_goal
 
 
 class Forward(NamedTuple):
-    """What an agent will do and where that leads; batches add leading axes.
+    """Predicted action and final state of an agent; batches add leading axes.
 
     Attributes:
         action: P(a) = N, (turn rad, distance cm).
@@ -38,7 +38,7 @@ def forward_inference(
 
 
 class Following(NamedTuple):
-    """What the mentor probably looks at, and the head movement that looks there too.
+    """The mentor's inferred goal and the agent's head movement that fixates it.
 
     Attributes:
         mentor: posterior of (goal, x_i) in the mentor's frame.
@@ -54,7 +54,7 @@ class Following(NamedTuple):
 
 
 class Viewpoints(NamedTuple):
-    """The two frames in their common parent, and how the agent's head starts (heading rad)."""
+    """Both frames in their common parent, and the agent's initial heading, rad."""
 
     agent: Pose2
     mentor: Pose2
@@ -68,10 +68,10 @@ def follow_gaze(
     views: Viewpoints,
     around: Gaussian | None = None,
 ) -> Following:
-    """Infer the mentor's goal, carry it into the agent's frame, infer how to fixate it.
+    """Infer the mentor's goal, transform it to the agent's frame, infer the action to fixate it.
 
     Args:
-        heads: the model put in the mentor's place, and the agent's own.
+        heads: the head model attributed to the mentor, and the agent's own.
         prior: of (goal, x_i) in the mentor's frame (..., 2 + S).
         evidence: the mentor's final states.
         views: frames and the agent's start.

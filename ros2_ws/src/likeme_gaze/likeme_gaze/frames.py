@@ -16,7 +16,7 @@ from likeme_gaze.checks import FloatArray
 
 
 class Pose2(NamedTuple):
-    """Where a frame's origin is in its parent's frame, and where its x axis points."""
+    """Pose of a frame in its parent: origin, cm, and direction of the x axis, rad."""
 
     x: float
     y: float
@@ -24,30 +24,30 @@ class Pose2(NamedTuple):
 
     @property
     def rotation(self) -> FloatArray:
-        """Turns vectors of this frame into vectors of the parent's (2, 2)."""
+        """Rotation matrix from this frame to the parent (2, 2)."""
         cosine, sine = math.cos(self.heading), math.sin(self.heading)
         return np.array([[cosine, -sine], [sine, cosine]])
 
     def to_parent(self, points: ArrayLike) -> FloatArray:
-        """Points (..., 2) of this frame, in the parent's."""
+        """Points (..., 2) of this frame, in the parent frame."""
         return np.asarray(np.asarray(points) @ self.rotation.T + (self.x, self.y))
 
     def from_parent(self, points: ArrayLike) -> FloatArray:
-        """Points (..., 2) of the parent's frame, in this one."""
+        """Points (..., 2) of the parent frame, in this one."""
         return np.asarray((np.asarray(points) - (self.x, self.y)) @ self.rotation)
 
     def belief_to_parent(self, belief: Gaussian) -> Gaussian:
-        """A Gaussian over places in this frame, in the parent's: R m + t and R S R'."""
+        """A Gaussian over positions in this frame, in the parent frame: R m + t and R S R'."""
         turn = self.rotation
         return Gaussian(self.to_parent(belief.mean), turn @ belief.covariance @ turn.T)
 
     def belief_from_parent(self, belief: Gaussian) -> Gaussian:
-        """A Gaussian over places in the parent's frame, in this one."""
+        """A Gaussian over positions in the parent frame, in this one."""
         turn = self.rotation
         return Gaussian(self.from_parent(belief.mean), turn.T @ belief.covariance @ turn)
 
     def facing(self, x: float, y: float) -> Pose2:
-        """The same place with the x axis towards a point of the parent's frame."""
+        """The same origin with the x axis towards a point of the parent frame."""
         return Pose2(self.x, self.y, math.atan2(y - self.y, x - self.x))
 
 
@@ -57,7 +57,7 @@ def wrapped(angle: ArrayLike) -> FloatArray:
 
 
 def checked_pose(name: str, pose: Pose2) -> Pose2:
-    """The same pose as plain floats, heading in [-π, π).
+    """A validated pose: plain floats, heading in [-π, π).
 
     Raises:
         ValueError: not three finite numbers.

@@ -1,4 +1,4 @@
-"""A trained agent as a frozen value: what it knows of its own head, blindfolded too."""
+"""A trained agent: models of its own head movements, with and without a blindfold."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import numpy as np
 
 from likeme_gaze.chain import HeadModel
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.training import HyperparameterSearch, fit
 from likeme_gaze.simulation import Experience, SimulationSetup, experience_of, self_experience
-from likeme_gaze.training import Search, fit
 
 
 @dataclass(frozen=True)
 class GazeModel:
-    """What an agent learned of its own head movements, and applies to a mentor ("Like me").
+    """An agent's head model, learned from its own movements and attributed to mentors ("Like me").
 
     Attributes:
         head: policy π and transition f.
         blindfold: the policy π_B under a blindfold; None without that experience.
-        points: how many head movements `head` was learned from.
-        seed: of the simulated experience; None when the experience came from elsewhere.
+        points: number of head movements that `head` was trained on.
+        seed: of the simulated experience; None for other experience.
     """
 
     head: HeadModel
@@ -34,19 +34,19 @@ class GazeModel:
         cls,
         experience: Experience,
         blindfolded: Experience | None = None,
-        search: Search | None = None,
+        search: HyperparameterSearch | None = None,
         seed: int | None = None,
     ) -> GazeModel:
-        """Train on experience, and on that with a blindfold where there is any.
+        """Train on experience, and on experience under a blindfold if given.
 
         Raises:
-            ValueError: too few movements, shapes that do not fit, or numbers that are not finite.
+            ValueError: too few movements, wrong shapes, or values that are not finite.
         """
-        memory = experience_of(*experience)
-        transition = fit(_columns(memory.action, memory.start), memory.final, search)
-        hooded = None if blindfolded is None else _policy(experience_of(*blindfolded), search)
-        head = HeadModel(_policy(memory, search), transition)
-        return cls(head, hooded, len(memory.goal), seed)
+        movements = experience_of(*experience)
+        transition = fit(_columns(movements.action, movements.start), movements.final, search)
+        blindfold = None if blindfolded is None else _policy(experience_of(*blindfolded), search)
+        head = HeadModel(_policy(movements, search), transition)
+        return cls(head, blindfold, len(movements.goal), seed)
 
     @classmethod
     def simulated(
@@ -61,17 +61,17 @@ class GazeModel:
         return cls.learned(self_experience(rng, points, setting), seed=seed)
 
     def mentor_head(self, blindfolded: bool = False) -> HeadModel:
-        """The agent's own model put in the mentor's place.
+        """The head model attributed to the mentor: the agent's own.
 
-        An agent that never wore a blindfold knows no difference (Fig 1b).
+        Blindfold experience replaces the policy for a blindfolded mentor (Fig 1b).
         """
         if blindfolded and self.blindfold is not None:
             return HeadModel(self.blindfold, self.head.transition)
         return self.head
 
 
-def _policy(memory: Experience, search: Search | None) -> GaussianProcesses:
-    return fit(_columns(memory.goal, memory.start), memory.action, search)
+def _policy(movements: Experience, search: HyperparameterSearch | None) -> GaussianProcesses:
+    return fit(_columns(movements.goal, movements.start), movements.action, search)
 
 
 def _columns(first: FloatArray, start: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The node that follows a mentor's gaze: what it looks at, and how to look there too."""
+"""Node that infers what a mentor looks at and turns the robot's head there."""
 
 from __future__ import annotations
 
@@ -21,52 +21,53 @@ from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import stamp_ns, steady_clock
 from likeme_gaze import GazeModel
 from likeme_gaze.mentor import messages
-from likeme_gaze.mentor.refusals import Refusals
-from likeme_gaze.mentor.sentences import goal_found, learned, mentor_met
-from likeme_gaze.mentor.settings import SETTINGS, GazeSettings, Learning, read_settings
-from likeme_gaze.mentor.watch import Answer, MentorWatch
+from likeme_gaze.mentor.log_messages import goal_inferred, mentor_detected, model_trained
+from likeme_gaze.mentor.mentor_tracker import GazeEstimate, MentorTracker
+from likeme_gaze.mentor.rejections import RejectionCounter
+from likeme_gaze.mentor.settings import SETTINGS, GazeSettings, LearningSettings, read_settings
 from likeme_msgs.msg import FixationDistance
 
-#: s for which a refusal is worth a warning.
-RECENT = 10.0
+#: s after a rejected input in which /diagnostics reports a warning.
+REJECTION_WARNING = 10.0
 
 
 class GazeNode(Node):
-    """Infers what a mentor looks at from its head's poses, and turns the robot's head there.
+    """Infers a mentor's gaze target from its head poses and turns the robot's head there.
 
-    One trial is a start pose, then `observations` head poses: each the head at rest after it has
-    turned from there to its goal, not a stream.
+    One trial is a start pose, then `observations` head poses: each the head at rest after a turn
+    from the start pose to the goal, not a stream.
 
     | subscribes | type, each reliable, depth 10 | |
     | --- | --- | --- |
     | mentor/head_pose/start | geometry_msgs/PoseStamped | the head before it moves |
     | mentor/head_pose | geometry_msgs/PoseStamped | the head after a turn: one observation |
-    | mentor/fixation_distance | likeme_msgs/FixationDistance | with use_distance, of its stamp |
+    | mentor/fixation_distance | likeme_msgs/FixationDistance | if use_distance, same stamp |
 
-    Head poses are in base_frame or mentor_frame, x along the line of sight, m.
+    Head poses are given in base_frame or mentor_frame, x along the line of sight, m.
 
     | publishes | type, reliable | |
     | --- | --- | --- |
     | mentor/goal | geometry_msgs/PoseWithCovarianceStamped, transient local | posterior of the
       goal in base_frame after each observation, m |
-    | head_command | trajectory_msgs/JointTrajectory, volatile | the neck's angle, rad, once a
+    | head_command | trajectory_msgs/JointTrajectory, volatile | the neck angle, rad, once per
       trial, after the last observation |
     | gaze_markers | visualization_msgs/MarkerArray, transient local | lines of sight, the goal
       and its 95 % ellipse, after each start pose and observation |
-    | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz, refusals by reason |
+    | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz, rejected inputs by reason |
 
-    All carry the stamp of the head pose they come from. Parameters: mentor.settings.SETTINGS. A
-    change counts from the next start pose on; one of the self-experience has the robot learn anew.
+    All carry the stamp of the head pose they follow from. Parameters: mentor.settings.SETTINGS.
+    Changes apply from the next start pose on; a change of the self-experience trains the model
+    again.
     """
 
     def __init__(self) -> None:
         super().__init__('gaze_node')
         parameters.declare(self, SETTINGS)
         self._settings = read_settings(parameters.values(self, SETTINGS))
-        self._model = self._learn(self._settings.learning)
+        self._model = self._train(self._settings.learning)
         self._proposed: tuple[GazeSettings, GazeModel] | None = None
-        self._watch = MentorWatch(self._model, self._settings.watching)
-        self._refusals = Refusals()
+        self._tracker = MentorTracker(self._model, self._settings.tracking)
+        self._rejections = RejectionCounter()
         self._counts: Counter[str] = Counter()
         self._goal_pub = self.create_publisher(PoseWithCovarianceStamped, 'mentor/goal', LATCHED)
         self._command_pub = self.create_publisher(JointTrajectory, 'head_command', 1)
@@ -81,18 +82,18 @@ class GazeNode(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
 
-    def _learn(self, learning: Learning) -> GazeModel:
-        began = time.monotonic()
+    def _train(self, learning: LearningSettings) -> GazeModel:
+        started = time.monotonic()
         model = learning.model()
-        self.get_logger().info(learned(learning, time.monotonic() - began))
+        self.get_logger().info(model_trained(learning, time.monotonic() - started))
         return model
 
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         self._proposed = None
         try:
             settings = read_settings(parameters.values(self, SETTINGS, changes))
-            anew = settings.learning != self._settings.learning
-            self._proposed = settings, self._learn(settings.learning) if anew else self._model
+            retrain = settings.learning != self._settings.learning
+            self._proposed = settings, self._train(settings.learning) if retrain else self._model
         except (ValueError, TypeError) as error:
             self.get_logger().warning(f'Parameters refused: {error}')
             return SetParametersResult(successful=False, reason=str(error))
@@ -102,77 +103,77 @@ class GazeNode(Node):
         if self._proposed is None:
             return
         (self._settings, self._model), self._proposed = self._proposed, None
-        self._watch = MentorWatch(self._model, self._settings.watching)
+        self._tracker = MentorTracker(self._model, self._settings.tracking)
         changed = ', '.join(f'{p.name} = {p.value!r}' for p in changes)
         self.get_logger().info(f'From the next start pose on: {changed}.')
 
     def _on_start(self, msg: PoseStamped) -> None:
         try:
-            answer = self._watch.start(messages.head_pose(msg, self._now()))
+            estimate = self._tracker.start(messages.head_pose(msg, self._now()))
         except ValueError as error:
-            self._refuse(error)
+            self._reject(error)
             return
         self._counts['mentors'] += 1
-        self.get_logger().info(mentor_met(answer, self._settings.watching))
-        self._publish(answer)
+        self.get_logger().info(mentor_detected(estimate, self._settings.tracking))
+        self._publish(estimate)
 
     def _on_head_pose(self, msg: PoseStamped) -> None:
         try:
-            answer = self._watch.observe(messages.head_pose(msg, self._now()))
+            estimate = self._tracker.observe(messages.head_pose(msg, self._now()))
         except ValueError as error:
-            self._refuse(error)
+            self._reject(error)
             return
-        self._publish(answer)
+        self._publish(estimate)
 
     def _on_distance(self, msg: FixationDistance) -> None:
         try:
-            answer = self._watch.measure(stamp_ns(msg.header.stamp), msg.distance)
+            estimate = self._tracker.observe_distance(stamp_ns(msg.header.stamp), msg.distance)
         except ValueError as error:
-            self._refuse(error)
+            self._reject(error)
             return
-        self._publish(answer)
+        self._publish(estimate)
 
-    def _publish(self, answer: Answer | None) -> None:
-        """Publish what is believed, and after the last observation turn the head."""
-        if answer is None:
+    def _publish(self, estimate: GazeEstimate | None) -> None:
+        """Publish the estimate, and after the last observation the head command."""
+        if estimate is None:
             return
-        frame, settings = self._settings.watching.frames.base, self._settings
-        self._marker_pub.publish(messages.markers_msg(answer, frame))
-        if answer.goal is None:
+        frame, settings = self._settings.tracking.frames.base, self._settings
+        self._marker_pub.publish(messages.markers_msg(estimate, frame))
+        if estimate.goal is None:
             return
         self._counts['observations'] += 1
-        self._goal_pub.publish(messages.goal_msg(answer, frame))
-        if answer.turn:
+        self._goal_pub.publish(messages.goal_msg(estimate, frame))
+        if estimate.turn:
             self._counts['head commands'] += 1
-            self.get_logger().info(goal_found(answer))
+            self.get_logger().info(goal_inferred(estimate))
             self._command_pub.publish(
-                messages.command_msg(answer, frame, settings.head_joint, settings.turn_time)
+                messages.command_msg(estimate, frame, settings.head_joint, settings.turn_time)
             )
 
-    def _refuse(self, error: ValueError) -> None:
-        said = self._refusals.add(error, time.monotonic())
-        if said is not None:
-            self.get_logger().warning(said)
+    def _reject(self, error: ValueError) -> None:
+        message = self._rejections.add(error, time.monotonic())
+        if message is not None:
+            self.get_logger().warning(message)
 
     def _now(self) -> int:
         return int(self.get_clock().now().nanoseconds)
 
     def _publish_diagnostics(self) -> None:
-        refused = self._refusals.recent(time.monotonic(), RECENT)
+        rejected = self._rejections.recent(time.monotonic(), REJECTION_WARNING)
         learning = self._settings.learning
         facts = {
             'training points': learning.points,
             'seed': learning.seed,
             'blindfold experience': str(learning.blindfold),
-            'observations of this mentor': self._watch.observations,
+            'observations of this mentor': self._tracker.observations,
             **self._counts,
-            **{f'refused: {reason}': n for reason, n in sorted(self._refusals.counts.items())},
+            **{f'refused: {reason}': n for reason, n in sorted(self._rejections.counts.items())},
         }
-        level = DiagnosticStatus.WARN if refused else DiagnosticStatus.OK
-        said = 'head poses were refused just now' if refused else 'ready'
+        level = DiagnosticStatus.WARN if rejected else DiagnosticStatus.OK
+        message = 'inputs were refused recently' if rejected else 'ready'
         now = self.get_clock().now().to_msg()
         self._diagnostics_pub.publish(
-            diagnostics_msg('gaze_node: gaze following', level, said, facts, now)
+            diagnostics_msg('gaze_node: gaze following', level, message, facts, now)
         )
 
 

@@ -1,7 +1,7 @@
-"""From a seen change back to the goal behind it: reverse inference (Goal Inference, Fig 1a).
+"""Reverse inference: the goal behind an observed final state (Goal Inference, Fig 1a).
 
 `reverse_inference` is the paper's step: one observation, one linearisation around the prior.
-`infer_goal` uses several observations of one goal together and linearises where they lead.
+`infer_goal` uses several observations of one goal jointly and linearises around the posterior.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from likeme_gaze.beliefs import Gaussian, condition, independent, mahalanobis, m
 from likeme_gaze.chain import GOAL, Chain, HeadModel, chain, execution_noise
 from likeme_gaze.checks import FloatArray
 
-#: Linearisations when the evidence has to lead away from the prior.
-FIRST_PASSES = 4
-#: Distances that are tried when none was seen.
+#: Linearisations when no estimate of the posterior is given; the first is around the prior.
+LINEARISATIONS = 4
+#: Distances of the mixture when none was observed.
 DISTANCES = 24
-#: How far the squared errors of policy and transition exceed the variance they claim, measured
-#: on thirty agents' own goals (training rectangle, seeds apart from every test): 1.25 +- 0.04. One
-#: lengthscale has to serve near goals, where directions change fast, and far ones.
-UNDERSTATED = 1.25
+#: Ratio of the squared errors of policy and transition to their predicted variance, measured on
+#: thirty agents' own goals (training rectangle, seeds not used in tests): 1.25 +- 0.04. One
+#: lengthscale cannot fit both near goals, where directions change fast, and far ones.
+VARIANCE_INFLATION = 1.25
 
 
-class Reversed(NamedTuple):
-    """What one observed final state says.
+class ReverseInference(NamedTuple):
+    """Posterior given one observed final state.
 
     Attributes:
         action: posterior of the action (..., A).
@@ -49,7 +49,7 @@ def reverse_inference(
     start: Gaussian,
     observed: FloatArray,
     keep_coupling: bool = True,
-) -> Reversed:
+) -> ReverseInference:
     """P(a | x_i, x_f) and P(g, x_i | x_i, x_f) in closed form.
 
     With J = Cov[z, (a, x_i)] Cov[(a, x_i)]⁻¹ the goal's covariance is S_z - J (S_a - S_a|x_f) J';
@@ -68,14 +68,14 @@ def reverse_inference(
         linear.moved, linear.final, linear.moved.covariance @ linear.by_action, observed
     )
     found = condition(linear.start, linear.final, linear.cross @ linear.by_action, observed)
-    return Reversed(moved.part(0, width), found, linear)
+    return ReverseInference(moved.part(0, width), found, linear)
 
 
 class Evidence(NamedTuple):
-    """Several executions of one goal, as far as a linear-Gaussian model needs to know them.
+    """Sufficient statistics of several executions of one goal for a linear-Gaussian model.
 
     Attributes:
-        executions: how many.
+        executions: their number.
         mean: average x_f (..., F), or without its last coordinate, the distance (..., F - 1).
     """
 
@@ -86,17 +86,17 @@ class Evidence(NamedTuple):
 def infer_goal(
     model: HeadModel, prior: Gaussian, evidence: Evidence, around: Gaussian | None = None
 ) -> Gaussian:
-    """Posterior of (g, x_i) given all executions, linearised around where it ends.
+    """Posterior of (g, x_i) given all executions, linearised around the posterior.
 
-    Executions differ by their own noise only, so the average of K has their noise / K, while what
-    the model does not know of itself stays, however often one looks.
+    Executions differ by their noise only, so the average of K has noise / K; the model's own
+    uncertainty is shared by all of them and does not average out.
 
     Args:
         model: policy and transition.
         prior: of (g, x_i) (..., 2 + S).
-        evidence: what was seen.
-        around: a good guess of the result, such as the posterior without the last observation:
-            then one linearisation is made there; without it several, the first around the prior.
+        evidence: the observed executions.
+        around: an estimate of the result, such as the posterior without the last observation, to
+            linearise around once; None: LINEARISATIONS times, the first around the prior.
     """
     if evidence.mean.shape[-1] < model.transition.targets.shape[1]:
         return _at_any_distance(model, prior, evidence)
@@ -106,10 +106,10 @@ def infer_goal(
 
 
 def log_evidence(model: HeadModel, prior: Gaussian, final: FloatArray) -> FloatArray:
-    """log p(x_f of all executions | x_i) under a model (...), less what all models have in common.
+    """log p(x_f of all executions | x_i) under a model (...), up to a constant shared by all.
 
-    The average of K executions counts as `infer_goal` sees it; how far they are from each other
-    is up to their own noise.
+    The average of the executions is evaluated as in `infer_goal`, their scatter under the
+    execution noise.
 
     Args:
         model: policy and transition.
@@ -128,16 +128,16 @@ def _iterated(
     model: HeadModel, prior: Gaussian, evidence: Evidence
 ) -> tuple[Gaussian, FloatArray]:
     belief, density = prior, np.zeros(())
-    for _ in range(FIRST_PASSES):
+    for _ in range(LINEARISATIONS):
         belief, density = _update(model, prior, belief, evidence)
     return belief, density
 
 
 def _at_any_distance(model: HeadModel, prior: Gaussian, evidence: Evidence) -> Gaussian:
-    """The posterior when the distance was not seen: a mixture over the distances it may have had.
+    """The posterior without an observed distance: a mixture over the distances of the experience.
 
-    P(g | heading) = Σ_d P(g | heading, d) P(d | heading). One linearisation of so long a belief as
-    a whole line of sight would fit no place on it; each of the mixture's parts is short.
+    P(g | heading) = Σ_d P(g | heading, d) P(d | heading). A single linearisation over a whole line
+    of sight would be accurate nowhere on it; each component covers a short part.
     """
     known = model.policy.targets[:, -1]
     distances = np.linspace(known.min(), known.max(), DISTANCES)
@@ -163,9 +163,9 @@ def _update(
     flipped = np.swapaxes(gain, -1, -2)
     noise = execution_noise(model, linear)
     shared = linear.final.covariance - flipped @ around.covariance @ gain - noise
-    doubt = UNDERSTATED * shared + noise / evidence.executions
+    spread = VARIANCE_INFLATION * shared + noise / evidence.executions
     shift = ((prior.mean - around.mean)[..., None, :] @ gain)[..., 0, :]
-    predicted = Gaussian(linear.final.mean + shift, flipped @ prior.covariance @ gain + doubt)
+    predicted = Gaussian(linear.final.mean + shift, flipped @ prior.covariance @ gain + spread)
     surprise = mahalanobis(predicted, evidence.mean)
     density = -0.5 * (surprise + np.linalg.slogdet(predicted.covariance)[1])
     return condition(prior, predicted, prior.covariance @ gain, evidence.mean), density

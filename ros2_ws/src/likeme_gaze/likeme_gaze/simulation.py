@@ -1,8 +1,8 @@
-"""The paper's simulated agent and mentor, and the experience an agent gathers of itself.
+"""The paper's simulated agent and mentor, and an agent's self-experience.
 
-A frame belongs to each person: origin at the head, x where it looks by default. Lengths in cm,
-angles in rad. A state x_i is the heading of the gaze; an action is (turn, distance), the turn from
-x_i and how far away the eyes converge; a final state x_f is (heading, distance).
+Each has a frame: origin at the head, x its default gaze. Lengths in cm, angles in rad. A state x_i
+is the gaze heading; an action is (turn, distance), the turn from x_i and the fixation distance; a
+final state x_f is (heading, distance).
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ DEGREE = math.pi / 180
 
 
 class SimulationSetup(NamedTuple):
-    """The scene (Gaze Following: Model Simulations), open details as in the authors' code.
+    """The scene (Gaze Following: Model Simulations); unpublished details as in the authors' code.
 
     Attributes:
         agent, mentor: their frames; they face each other.
         goal_x, goal_y: goals are uniform in this rectangle of the agent's frame.
         start_std: initial headings are N(0, start_std²).
-        angle_std: noise of a turn, and again of the heading it leads to.
-        distance_std: noise of an action's distance; the final state has the action's distance.
+        angle_std: noise of a turn, and of the heading it results in.
+        distance_std: noise of an action's distance, which is also that of the final state.
         blindfold_angle_std: headings under an opaque blindfold are N(0, this²).
-        blindfold_spread: distances under it are normal, with the mean of those with open eyes
-            and this many of their standard deviations.
+        blindfold_spread: distances under it are normal with the mean of those with open eyes;
+            this times their standard deviation.
     """
 
     agent: Pose2 = Pose2(0.0, 0.0, 0.0)
@@ -45,22 +45,22 @@ class SimulationSetup(NamedTuple):
     blindfold_spread: float = 1.25
 
 
-#: Variances of the goal's prior along the line between the two persons and across it, cm².
+#: Variances of the goal prior along and across the line from agent to mentor, cm².
 PRIOR_VARIANCES = (80_000.0, 20_000.0)
 
 
 def goal_prior(agent: Pose2, mentor: Pose2) -> Gaussian:
-    """The wide prior of the goal, halfway between agent and mentor, in the parent's frame."""
+    """The paper's goal prior, centred between agent and mentor, in the parent frame."""
     half = Pose2((agent.x + mentor.x) / 2, (agent.y + mentor.y) / 2, 0.0)
     along = half.facing(mentor.x, mentor.y)
     return along.belief_to_parent(Gaussian(np.zeros(2), np.diag(PRIOR_VARIANCES)))
 
 
 class Experience(NamedTuple):
-    """n remembered head movements.
+    """n head movements of one agent.
 
     Attributes:
-        goal: where it wanted to look (n, 2), in its own frame.
+        goal: the targets (n, 2), in its own frame.
         start: x_i (n,).
         action: (turn, distance) (n, 2).
         final: x_f (n, 2).
@@ -75,10 +75,10 @@ class Experience(NamedTuple):
 def experience_of(
     goal: ArrayLike, start: ArrayLike, action: ArrayLike, final: ArrayLike
 ) -> Experience:
-    """The same as a value, looked at once.
+    """Validated experience.
 
     Raises:
-        ValueError: shapes that do not fit together, or numbers that are not finite.
+        ValueError: shapes that do not match, or values that are not finite.
     """
     places = numbers('goal', goal, (None, 2))
     count = len(places)
@@ -91,7 +91,7 @@ def experience_of(
 
 
 def aim(goal: FloatArray, start: FloatArray) -> FloatArray:
-    """The action without noise that fixates `goal` (..., 2) from the heading `start` (...)."""
+    """The noise-free action that fixates `goal` (..., 2) from the heading `start` (...)."""
     x, y = goal[..., 0], goal[..., 1]
     return np.stack([np.arctan2(y, x) - start, np.hypot(x, y)], axis=-1)
 
@@ -99,7 +99,7 @@ def aim(goal: FloatArray, start: FloatArray) -> FloatArray:
 def execute(
     rng: np.random.Generator, action: FloatArray, start: FloatArray, setting: SimulationSetup
 ) -> tuple[FloatArray, FloatArray]:
-    """One noisy execution: the action as it was done, and the final state it led to (..., 2)."""
+    """One noisy execution: the executed action and the final state (..., 2)."""
     spread = (setting.angle_std, setting.distance_std)
     done = action + rng.normal(0.0, spread, action.shape)
     heading = start + done[..., 0] + rng.normal(0.0, setting.angle_std, start.shape)
@@ -109,7 +109,7 @@ def execute(
 def self_experience(
     rng: np.random.Generator, count: int, setting: SimulationSetup | None = None
 ) -> Experience:
-    """Goals looked at with open eyes: what policy and transition are learned from."""
+    """Head movements to random goals with open eyes: training data of policy and transition."""
     scene = setting or SimulationSetup()
     goal, start = _goals_and_starts(rng, count, scene)
     return Experience(goal, start, *execute(rng, aim(goal, start), start, scene))
@@ -118,7 +118,7 @@ def self_experience(
 def blindfolded_experience(
     rng: np.random.Generator, count: int, setting: SimulationSetup | None = None
 ) -> Experience:
-    """Head movements under an opaque blindfold: they have nothing to do with any goal."""
+    """Head movements under an opaque blindfold: independent of the goals."""
     scene = setting or SimulationSetup()
     goal, start = _goals_and_starts(rng, count, scene)
     seen = np.hypot(*_goals_and_starts(rng, 10 * count, scene)[0].T)

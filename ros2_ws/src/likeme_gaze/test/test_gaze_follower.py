@@ -1,4 +1,4 @@
-"""One mentor watched from its start pose on: frames, refusals, forgetting."""
+"""Gaze following of one mentor: frames, rejected inputs, a new start pose."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_a_prior_of_ones_own(model: GazeModel) -> None:
         (LEFT, None, 'Expected a distance as before, got None'),
     ],
 )
-def test_refuses_and_stays_as_it_was(
+def test_rejected_inputs_change_nothing(
     follower: GazeFollower, pose: Pose2, distance: float | None, sentence: str
 ) -> None:
     before = follower.observe(LEFT, AWAY)
@@ -129,7 +129,7 @@ def test_refuses_and_stays_as_it_was(
     assert follower.following is before
 
 
-def test_refuses_without_a_start_and_a_mentor_on_top_of_the_agent(model: GazeModel) -> None:
+def test_a_missing_start_pose_and_a_mentor_at_the_agent_are_rejected(model: GazeModel) -> None:
     follower = GazeFollower(model, AGENT)
     with pytest.raises(ValueError, match='Expected a start pose before the first observation'):
         follower.observe(LEFT, AWAY)
@@ -142,7 +142,7 @@ def test_refuses_without_a_start_and_a_mentor_on_top_of_the_agent(model: GazeMod
         GazeFollower(model, AGENT, prior=Gaussian(np.zeros(3), np.eye(3)))
 
 
-def test_refuses_an_experience_that_does_not_fit() -> None:
+def test_invalid_experience_is_rejected() -> None:
     seen = self_experience(np.random.default_rng(0), 20)
     with pytest.raises(ValueError, match=r'start of shape \(20,\), got \(19,\)'):
         GazeModel.learned(Experience(seen.goal, seen.start[:19], seen.action, seen.final))

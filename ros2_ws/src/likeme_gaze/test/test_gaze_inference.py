@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_experiments.evaluation.gaze_accuracy import gaze_accuracy, gaze_errors, gaze_test
-from likeme_experiments.evaluation.gaze_exact import exact_goal, gap
 from likeme_gaze import (
     Evidence,
     Gaussian,
@@ -22,7 +20,7 @@ from likeme_gaze import (
 )
 from likeme_gaze.beliefs import independent, mahalanobis
 from likeme_gaze.chain import chain, execution_noise
-from likeme_gaze.simulation import DEGREE, aim, execute
+from likeme_gaze.simulation import DEGREE, aim
 
 SETTING = SimulationSetup()
 GOAL = Gaussian(np.array([320.0, 150.0]), np.array([[900.0, 200.0], [200.0, 600.0]]))
@@ -124,33 +122,6 @@ def test_without_a_distance_the_goal_lies_somewhere_along_the_line_of_sight(
     assert np.arctan(directions[1, 1] / directions[0, 1]) == pytest.approx(0.4, abs=0.25)
 
 
-def test_the_gaussian_answer_is_near_the_exact_posterior(head: HeadModel) -> None:
-    rng = np.random.default_rng(8)
-    goal, start = np.array([330.0, -180.0]), np.array([0.3] * 5)
-    _, final = execute(rng, np.tile(aim(goal, start[0]), (5, 1)), start, SETTING)
-    prior = independent(PRIOR, known([0.3]))
-    found = infer_goal(head, prior, Evidence(5, final.mean(axis=0)))
-    answer = Gaussian(found.mean[:2], found.covariance[:2, :2])
-    exact = exact_goal(rng, head, PRIOR, 0.3, final, answer, samples=40_000)
-    assert exact.effective > 4_000
-    away = gap(answer, exact.belief)
-    assert away['shift'] < 0.1
-    assert 0.97 < away['widths'] < 1.12
-    assert away['kl'] < 0.02
-
-
-def test_accuracy_of_one_agent() -> None:
-    """One seed of Fig 5: within the bars of six."""
-    errors = gaze_accuracy(21)
-    assert errors.reverse.shape == errors.following.shape == errors.covered.shape == (5, 375)
-    assert np.median(np.abs(errors.forward)) < 1.5
-    for found in (errors.reverse, errors.following):
-        assert np.median(np.abs(found[-1])) < 1.8
-        assert np.quantile(np.abs(found[-1]), 0.9) < 5.0
-        assert np.median(np.abs(found[-1])) < np.median(np.abs(found[0]))
-    assert 0.88 < errors.covered[-1].mean() <= 1.0
-
-
 def test_an_experience_is_as_the_setting_says() -> None:
     seen = self_experience(np.random.default_rng(0), 4000)
     off = seen.action - aim(seen.goal, seen.start)
@@ -161,15 +132,3 @@ def test_an_experience_is_as_the_setting_says() -> None:
     assert seen.start.std() == pytest.approx(30 * DEGREE, rel=0.05)
     assert seen.goal.min(axis=0) == pytest.approx([100, -500], abs=3)
     assert seen.goal.max(axis=0) == pytest.approx([500, 500], abs=3)
-
-
-def test_the_same_seed_is_the_same_agent() -> None:
-    test = gaze_test(np.random.default_rng(1))
-    few = test._replace(
-        goal=test.goal[:3],
-        agent_start=test.agent_start[:3],
-        mentor_start=test.mentor_start[:3],
-        final=test.final[:, :3],
-    )
-    one, other = (gaze_errors(GazeModel.simulated(3, 40).head, few) for _ in range(2))
-    assert (one.following == other.following).all()

@@ -1,4 +1,4 @@
-"""Between ROS messages and a watched mentor: units, frames, stamps, covariances, markers."""
+"""ROS messages of the mentor tracker: units, frames, stamps, covariances, markers."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import math
 
 import numpy as np
 import pytest
-from mentors import head, message
+from head_poses import head, message
 from visualization_msgs.msg import Marker
 
 from likeme_core.ros.parameters import descriptor as descriptor_of
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.beliefs import mahalanobis
 from likeme_gaze.mentor import messages
+from likeme_gaze.mentor.mentor_tracker import GazeEstimate
 from likeme_gaze.mentor.settings import SETTINGS
-from likeme_gaze.mentor.watch import Answer
 
 GOAL = Gaussian(np.array([3.0, 2.5]), np.array([[1.2, -0.8], [-0.8, 0.7]]))
-ANSWER = Answer(
+ESTIMATE = GazeEstimate(
     stamp=105_500_000_000,
     height=1.2,
     observations=5,
@@ -30,7 +30,7 @@ ANSWER = Answer(
 )
 
 
-def test_a_head_pose_is_read_as_it_was_sent() -> None:
+def test_head_pose_round_trip() -> None:
     pose = head(12.25, 0.4, (1.0, -2.0, 1.5), 'mentor')
     assert messages.head_pose(message(pose), now=7) == pose
 
@@ -39,8 +39,8 @@ def test_a_stamp_of_zero_is_the_time_of_arrival() -> None:
     assert messages.head_pose(message(head(0)), now=7).stamp == 7
 
 
-def test_a_goal_has_its_covariance_and_admits_what_it_does_not_know() -> None:
-    msg = messages.goal_msg(ANSWER, 'base_link')
+def test_goal_message_has_large_variances_where_nothing_is_estimated() -> None:
+    msg = messages.goal_msg(ESTIMATE, 'base_link')
     place = msg.pose.pose.position
     assert (place.x, place.y, place.z) == (3.0, 2.5, 1.2)
     assert (msg.header.frame_id, msg.header.stamp.sec) == ('base_link', 105)
@@ -52,15 +52,15 @@ def test_a_goal_has_its_covariance_and_admits_what_it_does_not_know() -> None:
     assert np.count_nonzero(covariance) == 8
 
 
-def test_a_command_is_one_point_of_one_joint() -> None:
-    msg = messages.command_msg(ANSWER, 'base_link', 'neck', 1.5)
+def test_head_command_is_one_point_of_one_joint() -> None:
+    msg = messages.command_msg(ESTIMATE, 'base_link', 'neck', 1.5)
     (point,) = msg.points
     assert (list(msg.joint_names), list(point.positions)) == (['neck'], [0.69])
     assert (point.time_from_start.sec, point.time_from_start.nanosec) == (1, 500_000_000)
 
 
 def test_markers_show_lines_of_sight_the_goal_and_its_region() -> None:
-    first, *drawn = messages.markers_msg(ANSWER, 'base_link').markers
+    first, *drawn = messages.markers_msg(ESTIMATE, 'base_link').markers
     assert first.action == Marker.DELETEALL
     by_name = {marker.ns: marker for marker in drawn}
     assert set(by_name) == {'mentor start', 'mentor', 'robot', 'goal', 'goal 95 %'}
@@ -75,8 +75,17 @@ def test_markers_show_lines_of_sight_the_goal_and_its_region() -> None:
     np.testing.assert_allclose(corners[0], corners[-1], atol=1e-9)
 
 
-def test_before_anything_was_observed_there_is_no_goal_to_draw() -> None:
-    drawn = messages.markers_msg(ANSWER._replace(goal=None, turn=False), 'base_link').markers
+@pytest.mark.parametrize('variances', [(0.0, 0.0), (0.04, 0.0)])
+def test_markers_of_a_goal_with_a_singular_covariance(variances: tuple[float, float]) -> None:
+    exact = Gaussian(np.array([3.0, 2.5]), np.diag(variances))
+    ellipse = messages.markers_msg(ESTIMATE._replace(goal=exact), 'base_link').markers[-1]
+    corners = np.array([(p.x, p.y) for p in ellipse.points])
+    widths = np.ptp(corners, axis=0) / 2
+    assert widths == pytest.approx(np.sqrt(np.multiply(variances, 5.991464547)), rel=1e-2)
+
+
+def test_markers_without_an_observation_have_no_goal() -> None:
+    drawn = messages.markers_msg(ESTIMATE._replace(goal=None, turn=False), 'base_link').markers
     assert [marker.ns for marker in drawn] == ['', 'mentor start', 'robot']
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
-from mentors import TO_LEFT, TO_RIGHT, head, message, settings
+from head_poses import TO_LEFT, TO_RIGHT, head, message, settings
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 from trajectory_msgs.msg import JointTrajectory
@@ -20,7 +20,7 @@ from visualization_msgs.msg import MarkerArray
 from graph import LATCHED, Graph, NodeProcess
 from likeme_gaze.mentor import messages
 from likeme_gaze.mentor.head_pose import HeadPose
-from likeme_gaze.mentor.watch import MentorWatch
+from likeme_gaze.mentor.mentor_tracker import MentorTracker
 from likeme_msgs.msg import FixationDistance
 
 pytestmark = pytest.mark.graph
@@ -70,11 +70,11 @@ class Mentor:
 
 
 def expected(angle: float, **changes: Any) -> Any:
-    """The library's answer to the same trial."""
+    """The library's estimate for the same trial."""
     chosen = settings(training_points=POINTS, **changes)
-    watching = MentorWatch(chosen.learning.model(), chosen.watching)
-    watching.start(head(100))
-    return [watching.observe(head(100 + k, angle)) for k in range(1, 6)][-1]
+    tracker = MentorTracker(chosen.learning.model(), chosen.tracking)
+    tracker.start(head(100))
+    return [tracker.observe(head(100 + k, angle)) for k in range(1, 6)][-1]
 
 
 def set_parameters(graph: Graph, **values: Any) -> Any:
@@ -83,7 +83,7 @@ def set_parameters(graph: Graph, **values: Any) -> Any:
     return graph.call(SetParameters, 'gaze_node/set_parameters', request).results[0]
 
 
-def test_trials_are_answered_as_the_library_does(tmp_path: Path) -> None:
+def test_published_goals_equal_those_of_the_library(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         mentor = Mentor(graph)
         left = mentor.look(TO_LEFT, 100)
@@ -108,18 +108,18 @@ def test_trials_are_answered_as_the_library_does(tmp_path: Path) -> None:
         assert mentor.diagnostics[-1].status[0].level == b'\x00'
         late = graph.collect(PoseWithCovarianceStamped, 'mentor/goal', LATCHED)
         late_commands = graph.collect(JointTrajectory, 'head_command', LATCHED.depth)
-        graph.until(lambda: late, 10, 'the last goal for who comes late')
+        graph.until(lambda: late, 10, 'the last goal for a late subscriber')
         assert late == mentor.goals[-1:]
         assert late_commands == []
         assert mentor.process.stop() == 0
         assert 'Traceback' not in mentor.process.said
-        assert 'I learned from 60 movements of my own head' in mentor.process.said
+        assert 'Trained on 60 simulated head movements' in mentor.process.said
 
 
 BAD_STARTS = {
     'unknown frame': (head(50, frame='map'), "in base_link or mentor, got 'map'"),
     'not finite': (head(50, place=(math.nan, 0, 0)), 'got (nan, 0, 0)'),
-    'quaternion': (head(50, orientation=(0, 0, 0, 0)), 'of length 1 within 0.01, got 0.'),
+    'quaternion': (head(50, orientation=(0, 0, 0, 0)), 'of norm 1 within 0.01, got 0.'),
     'no heading': (head(50, orientation=(0, 0.5**0.5, 0, 0.5**0.5)), 'straight up or down'),
     'not usable': (head(50, place=(0.05, 0, 0)), 'at least 10 cm from the agent, got 5.0 cm.'),
 }
@@ -132,21 +132,21 @@ BAD_POSES = {
 }
 
 
-def test_bad_input_is_refused_counted_and_changes_nothing(tmp_path: Path) -> None:
+def test_invalid_inputs_are_counted_and_change_nothing(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         mentor = Mentor(graph)
         mentor.pose_pub.publish(message(head(1)))
-        graph.until(lambda: mentor.facts().get('refused: no start pose') == '1', 10, 'a refusal')
+        graph.until(lambda: mentor.facts().get('refused: no start pose') == '1', 10, 'a rejection')
         for pose, _ in BAD_STARTS.values():
             mentor.start_pub.publish(message(pose))
-        graph.until(lambda: mentor.facts().get('refused: not usable') == '1', 10, 'refusals')
+        graph.until(lambda: mentor.facts().get('refused: not usable') == '1', 10, 'rejections')
         assert mentor.diagnostics[-1].status[0].level == b'\x01'
         assert mentor.markers == []
 
         mentor.start(head(100))
         for pose, _ in BAD_POSES.values():
             mentor.pose_pub.publish(message(pose))
-        graph.until(lambda: mentor.facts().get('refused: not usable') == '2', 10, 'refusals')
+        graph.until(lambda: mentor.facts().get('refused: not usable') == '2', 10, 'rejections')
         facts = mentor.facts()
         assert {k: v for k, v in facts.items() if k.startswith('refused')} == {
             'refused: no heading': '1', 'refused: no start pose': '1', 'refused: not finite': '2',
@@ -155,11 +155,11 @@ def test_bad_input_is_refused_counted_and_changes_nothing(tmp_path: Path) -> Non
         }  # fmt: skip
         assert (mentor.goals, mentor.commands) == ([], [])
 
-        # The mentor is still watched, and no refused pose has left a trace in the answer.
+        # The trial goes on, and rejected poses have not changed its result.
         for k in range(5):
             mentor.observe(head(102 + k, TO_LEFT))
         mentor.pose_pub.publish(message(head(107, TO_LEFT)))
-        graph.until(lambda: mentor.facts().get('refused: enough seen') == '1', 10, 'a refusal')
+        graph.until(lambda: mentor.facts().get('refused: enough seen') == '1', 10, 'a rejection')
         assert len(mentor.goals) == 5
         (command,) = mentor.commands
         assert command.points[0].positions[0] == pytest.approx(expected(TO_LEFT).neck[0])
@@ -173,7 +173,7 @@ def test_bad_input_is_refused_counted_and_changes_nothing(tmp_path: Path) -> Non
         assert mentor.process.alive
 
 
-def test_distances_sharpen_the_goal(tmp_path: Path) -> None:
+def test_fixation_distances_reduce_the_goal_covariance(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         mentor = Mentor(graph, use_distance=True, observations=2)
         mentor.start(head(100))
@@ -189,7 +189,7 @@ def test_distances_sharpen_the_goal(tmp_path: Path) -> None:
         assert max(covariance[0], covariance[7]) < 0.3**2
 
 
-def test_parameters_are_refused_or_count_from_the_next_start_pose(tmp_path: Path) -> None:
+def test_parameters_are_rejected_or_apply_from_the_next_start_pose(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         mentor = Mentor(graph)
         refused = [
@@ -237,7 +237,7 @@ def test_a_node_with_bad_parameters_does_not_start(
         assert 'Traceback' not in node.said
 
 
-def test_sigterm_ends_it_cleanly_while_head_poses_come(tmp_path: Path) -> None:
+def test_sigterm_during_head_poses_ends_the_node_cleanly(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         mentor = Mentor(graph)
         mentor.start(head(100))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from precise_moments import PreciseGP
 
 from likeme_gaze import GaussianProcesses
-from likeme_gaze.pair_blocks import WORTH_CUTTING, each_pair_once, every_pair
+from likeme_gaze.gp.pair_blocks import MIN_INPUTS, each_pair_once, every_pair
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def test_the_ring_is_three_fifths_of_the_table() -> None:
 
 @pytest.mark.parametrize('size', [1e-10, 0.3, 1e4])
 def test_a_ring_that_is_not_full_agrees_with_80_digits(size: float) -> None:
-    arguments, mean = training(WORTH_CUTTING + 3), np.array([0.3, -0.2])
+    arguments, mean = training(MIN_INPUTS + 3), np.array([0.3, -0.2])
     covariance = size * np.array([[1.0, 0.4], [0.4, 0.5]])
     found = GaussianProcesses.from_hyperparameters(*arguments).propagate(mean, covariance)
     precise = PreciseGP(*arguments).propagate(mean, covariance)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
-from likeme_gaze import Search, fit
-from likeme_gaze.kernel import likelihood_and_gradient, squared_distances
-from likeme_gaze.training import FEWEST_POINTS
-from likeme_gaze.trend import basis_for
+from likeme_gaze import HyperparameterSearch, fit
+from likeme_gaze.gp.kernel import likelihood_and_gradient, squared_distances
+from likeme_gaze.gp.training import MIN_POINTS
+from likeme_gaze.gp.trend import basis_for
 
 RNG = np.random.default_rng(4)
 INPUTS = RNG.uniform(-2, 2, (60, 2))
@@ -45,7 +45,7 @@ def test_an_output_without_noise_is_learned() -> None:
     gp = fit(INPUTS, SMOOTH)
     found = gp.propagate(INPUTS, np.zeros((60, 2, 2)))
     assert np.abs(found.mean - SMOOTH).max() < 0.05 * SMOOTH.std(axis=0).max()
-    floor = Search().noise[0] * SMOOTH.std(axis=0)
+    floor = HyperparameterSearch().noise[0] * SMOOTH.std(axis=0)
     assert (np.sqrt(gp.noise_variance) >= 0.999 * floor).all()
 
 
@@ -61,8 +61,8 @@ def test_the_same_points_give_the_same_model() -> None:
 
 
 def test_refuses_too_few_points_and_inputs_on_a_line() -> None:
-    few = FEWEST_POINTS - 1
-    with pytest.raises(ValueError, match=f'at least {FEWEST_POINTS} training points, got {few}'):
+    few = MIN_POINTS - 1
+    with pytest.raises(ValueError, match=f'at least {MIN_POINTS} training points, got {few}'):
         fit(INPUTS[:few], SMOOTH[:few])
     line = np.outer(np.arange(12.0), [1.0, 2.0])
     with pytest.raises(ValueError, match='determine a trend of 3 coefficients, got 12 points'):

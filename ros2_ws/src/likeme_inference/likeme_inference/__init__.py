@@ -1,1 +1,1 @@
-"""What the robot thinks: goals, actions, predictions and when to ask (Chung et al. 2015)."""
+"""Goal inference, action selection and requests for help after Chung et al. (2015)."""

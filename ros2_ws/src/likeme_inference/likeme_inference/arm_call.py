@@ -1,7 +1,7 @@
-"""One call to the arm that always ends: answered, absent, died or silent, and never made twice.
+"""A call to the arm service that ends exactly once and is never repeated.
 
-Plain Python against any client with rclpy's three methods, so that tests can pass a fake. Time is
-steady seconds, handed in.
+Plain Python against any client with rclpy's methods, so that tests can pass a fake. Times are s of
+a monotonic clock, passed in.
 """
 
 from __future__ import annotations
@@ -12,19 +12,23 @@ from typing import Any, Protocol
 
 from likeme_inference.tabletop.values import MotionReport
 
+#: s for which the service must be absent during a call before the call is given up. While another
+#: server is being discovered, the service is reported as not ready for a moment.
+ABSENCE_TIMEOUT = 1.0
+
 
 class Future(Protocol):
-    """What call_async gives."""
+    """The result of call_async."""
 
     def add_done_callback(self, callback: Callable[[Any], None]) -> Any:
-        """Call back when the answer is there."""
+        """Call `callback` with this future when the response has arrived."""
 
     def result(self) -> Any:
-        """Give the answer."""
+        """The response."""
 
 
 class Client(Protocol):
-    """What is needed of a service client."""
+    """The methods of a service client that are used."""
 
     def service_is_ready(self) -> bool:
         """Whether a server is matched."""
@@ -35,19 +39,20 @@ class Client(Protocol):
 
 @dataclass
 class _Call:
-    """A call that waits: for the service while not sent, else for the answer."""
+    """A pending call: waits for the service until `sent`, then for the response."""
 
     request: Callable[[], Any]
-    asked: float
+    started: float
     sent: float | None = None
+    absent: float | None = None
 
 
 class ArmCall:
     """Sends at most one request at a time and reports each exactly once, by `on_report`.
 
     Attributes:
-        arm_wait: s to wait for the service before giving up.
-        action_timeout: s to wait for the answer before giving up.
+        arm_wait: s to wait for the service.
+        action_timeout: s to wait for the response.
     """
 
     def __init__(
@@ -69,38 +74,46 @@ class ArmCall:
 
     @property
     def busy(self) -> bool:
-        """Whether a call waits for its end."""
+        """Whether a call is pending."""
         return self._call is not None
 
     @property
     def ready(self) -> bool:
-        """Whether the arm's service is there."""
+        """Whether the arm service is available."""
         return self._client.service_is_ready()
 
     def start(self, request: Callable[[], Any], now: float) -> None:
-        """Begin a call; `request` is built when the service is there."""
+        """Start a call; `request` is built when the service is available."""
         if self._call is not None:
-            raise ValueError(f'Expected no call under way, got one since {self._call.asked:g} s.')
+            raise ValueError(
+                f'Expected no call under way, got one since {self._call.started:g} s.'
+            )
         self._call = _Call(request, now)
         self.poll(now)
 
     def poll(self, now: float) -> None:
-        """Send what waits for the service, and give up what has waited too long."""
+        """Send the pending request when the service is available; end the call on a timeout."""
         call, ready = self._call, self._client.service_is_ready()
         if call is None:
             return
         if call.sent is None and ready:
             call.sent = now
             future = self._client.call_async(call.request())
-            future.add_done_callback(lambda done: self._answered(call, done))
-        elif call.sent is None and now - call.asked >= self.arm_wait:
+            future.add_done_callback(lambda done: self._on_response(call, done))
+        elif call.sent is None and now - call.started >= self.arm_wait:
             self._fail(f'the arm service was not there within {self.arm_wait:g} s.')
-        elif call.sent is not None and not ready:
-            self._fail(f'the arm service vanished {now - call.sent:.1f} s after the request.')
-        elif call.sent is not None and now - call.sent >= self.action_timeout:
-            self._fail(f'the arm gave no answer within {self.action_timeout:g} s.')
+        elif call.sent is not None:
+            if ready:
+                call.absent = None
+            elif call.absent is None:
+                call.absent = now
+            if call.absent is not None and now - call.absent >= ABSENCE_TIMEOUT:
+                after = call.absent - call.sent
+                self._fail(f'the arm service vanished {after:.1f} s after the request.')
+            elif now - call.sent >= self.action_timeout:
+                self._fail(f'the arm gave no answer within {self.action_timeout:g} s.')
 
-    def _answered(self, call: _Call, future: Future) -> None:
+    def _on_response(self, call: _Call, future: Future) -> None:
         report = self._read_answer(future.result())
         if call is not self._call:
             self._on_late_answer(report)

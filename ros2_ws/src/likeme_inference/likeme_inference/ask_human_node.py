@@ -1,4 +1,4 @@
-"""The operator's side of ask_human: list what is pending, answer it, or wait for questions."""
+"""CLI client of ask_human: list pending requests, answer one, or wait for requests."""
 
 from __future__ import annotations
 
@@ -13,23 +13,26 @@ import rclpy
 import typer
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.markup import escape
 
+from likeme_core.cli import Domain
+from likeme_core.ros.qos import LATCHED
 from likeme_core.tabletop import Action, State
 from likeme_inference.console_replies import MENU, WORDS, read_reply
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, HelpRequest
 from likeme_msgs.srv import AskHuman
 
-#: s; with the start of Python, a console without a cell says so within 10.
-SERVICE_WAIT = 8.0
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+#: s to wait for the service and for its response.
+SERVICE_TIMEOUT = 8.0
+#: s of a spin between two checks.
+SPIN_PERIOD = 0.1
 
 app = typer.Typer(
-    help='Answer the questions of the robot. Without a command: wait for them at the keyboard.',
+    help='Answer requests of the robot. Without a command: wait for them and read answers from '
+    'the keyboard.',
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -37,7 +40,7 @@ app = typer.Typer(
 
 
 def user_name() -> str:
-    """Name of who sits at the keyboard, as far as the system knows."""
+    """The user name, if the system knows it."""
     try:
         return getpass.getuser()
     except (KeyError, OSError):
@@ -47,25 +50,26 @@ def user_name() -> str:
 Name = Annotated[
     str,
     typer.Option(
-        '--by', help='Who answers.', default_factory=user_name, show_default='the user name'
+        '--by',
+        help='Name of the operator.',
+        default_factory=user_name,
+        show_default='the user name',
     ),
 ]
 Network = Annotated[
     bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
 ]
-#: 232 is the greatest domain that DDS has ports for.
-Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
 
 class ServiceAbsentError(Exception):
-    """ask_human is not there, or gives no answer."""
+    """The service ask_human is absent or does not respond."""
 
 
-class OperatorNode(Node):
-    """A person's ear and mouth.
+class AskHumanClient(Node):
+    """Client of ask_human.
 
     Subscribes:
-        decision (Decision, transient local): tells when there is something to ask for
+        decision (Decision, transient local): announces new requests
     Client:
         ask_human (AskHuman)
     """
@@ -73,15 +77,15 @@ class OperatorNode(Node):
     def __init__(self) -> None:
         super().__init__('operator_node')
         self._client = self.create_client(AskHuman, 'ask_human')
-        self._asked = False
+        self._announced = False
         self.create_subscription(Decision, 'decision', self._on_decision, LATCHED)
 
     def pending(self) -> list[HelpRequest]:
-        """Questions that wait for an answer, oldest first."""
+        """Pending requests, oldest first."""
         return list(self._call(AskHuman.Request(command=AskHuman.Request.LIST)).pending)
 
     def answer(self, request_id: int, reply: Reply, by: str) -> Any:
-        """Answer one; the service's response."""
+        """Answer a request; returns the service's response."""
         return self._call(
             AskHuman.Request(
                 command=AskHuman.Request.ANSWER,
@@ -91,45 +95,45 @@ class OperatorNode(Node):
             )
         )
 
-    def wait_for_question(self) -> HelpRequest:
-        """Wait as long as it takes; the oldest question."""
+    def wait_for_request(self) -> HelpRequest:
+        """Wait for a pending request; returns the oldest."""
         while True:
-            self._asked = False
+            self._announced = False
             if pending := self.pending():
                 return pending[0]
-            while not self._asked:
-                rclpy.spin_once(self, timeout_sec=1.0)
+            while not self._announced:
+                rclpy.spin_once(self, timeout_sec=SPIN_PERIOD)
 
     def _on_decision(self, decision: Decision) -> None:
-        self._asked = self._asked or decision.kind == Decision.ASK_HUMAN
+        self._announced = self._announced or decision.kind == Decision.ASK_HUMAN
 
     def _call(self, request: AskHuman.Request) -> Any:
-        deadline = time.monotonic() + SERVICE_WAIT
+        deadline = time.monotonic() + SERVICE_TIMEOUT
         while not self._client.service_is_ready():
             if time.monotonic() > deadline:
                 raise ServiceAbsentError(
-                    f'Expected the service ask_human within {SERVICE_WAIT:g} s, got none: '
+                    f'Expected the service ask_human within {SERVICE_TIMEOUT:g} s, got none: '
                     'is the inference node running?'
                 )
-            rclpy.spin_once(self, timeout_sec=0.1)
+            rclpy.spin_once(self, timeout_sec=SPIN_PERIOD)
         future = self._client.call_async(request)
-        rclpy.spin_until_future_complete(self, future, timeout_sec=SERVICE_WAIT)
+        rclpy.spin_until_future_complete(self, future, timeout_sec=SERVICE_TIMEOUT)
         if not future.done():
-            raise ServiceAbsentError(f'Expected an answer within {SERVICE_WAIT:g} s, got none.')
+            raise ServiceAbsentError(f'Expected an answer within {SERVICE_TIMEOUT:g} s, got none.')
         return future.result()
 
 
 @contextmanager
-def operator(network: bool, domain: int) -> Iterator[OperatorNode]:
-    """Give a node for one command; Ctrl-C and a missing service end it with the right code."""
+def ask_human_client(network: bool, domain: int) -> Iterator[AskHumanClient]:
+    """A node for one command; Ctrl-C and an absent service set the exit code."""
     if network:
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
     rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    node = OperatorNode()
+    node = AskHumanClient()
     try:
         yield node
     except ServiceAbsentError as error:
-        say(Console(stderr=True), str(error))
+        print_line(Console(stderr=True), str(error))
         raise typer.Exit(3) from error
     except (KeyboardInterrupt, ExternalShutdownException):
         Console(stderr=True).print('Bye.')
@@ -141,81 +145,81 @@ def operator(network: bool, domain: int) -> Iterator[OperatorNode]:
 
 @app.command('list')
 def list_pending(network: Network = False, domain: Domain = 0) -> None:
-    """Show the questions that wait for an answer."""
+    """List pending requests."""
     console = Console()
-    with operator(network, domain) as node:
+    with ask_human_client(network, domain) as node:
         pending = node.pending()
     if not pending:
         console.print('Nothing is pending.')
     for request in pending:
-        show(console, request)
+        print_request(console, request)
 
 
 @app.command()
 def answer(
     request_id: Annotated[int, typer.Argument(metavar='ID', min=0, help='Number of the request.')],
-    reply: Annotated[str, typer.Argument(metavar='|'.join(WORDS), help='What to answer.')],
+    reply: Annotated[str, typer.Argument(metavar='|'.join(WORDS), help='The answer.')],
     by: Name,
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
-    """Answer one question. Exit code 1: refused, 3: no service."""
+    """Answer a request. Exit code 1: refused, 3: no service."""
     try:
-        meant = read_reply(reply)
+        choice = read_reply(reply)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
-    with operator(network, domain) as node:
-        response = node.answer(request_id, meant, by)
-    say(Console(stderr=not response.success), response.message)
+    with ask_human_client(network, domain) as node:
+        response = node.answer(request_id, choice, by)
+    print_line(Console(stderr=not response.success), response.message)
     if not response.success:
         raise typer.Exit(1)
 
 
 @app.callback(invoke_without_command=True)
-def wait_at_the_keyboard(
+def wait_for_requests(
     context: typer.Context, by: Name, network: Network = False, domain: Domain = 0
 ) -> None:
-    """Answer the questions of the robot. Without a command: wait for them at the keyboard."""
+    """Answer requests of the robot. Without a command: wait for them at the keyboard."""
     if context.invoked_subcommand is not None:
         return
     console = Console()
-    with operator(network, domain) as node:
-        console.print('Waiting for questions of the robot. Ctrl-C leaves.')
+    with ask_human_client(network, domain) as node:
+        console.print('Waiting for requests of the robot. Ctrl-C ends.')
         while True:
-            request = node.wait_for_question()
-            show(console, request)
+            request = node.wait_for_request()
+            print_request(console, request)
             console.print(MENU)
             try:
-                meant = ask_keyboard(console)
+                choice = read_answer(console)
             except EOFError:
                 console.print(f'No more input: request {request.id} stays unanswered.')
                 raise typer.Exit(1) from None
-            say(console, node.answer(request.id, meant, by).message)
+            print_line(console, node.answer(request.id, choice, by).message)
 
 
-def ask_keyboard(console: Console) -> Reply:
-    """Read lines until one is an answer.
+def read_answer(console: Console) -> Reply:
+    """Read lines from the keyboard until one is a valid answer.
 
     Raises:
-        EOFError: when the keyboard is gone.
+        EOFError: at the end of the input.
     """
     while True:
         try:
             return read_reply(console.input('> '))
         except ValueError as error:
-            say(console, str(error))
+            print_line(console, str(error))
 
 
-def say(console: Console, sentence: str) -> None:
-    """Print a sentence as it is, on one line."""
+def print_line(console: Console, sentence: str) -> None:
+    """Print text without markup on one line."""
     console.print(escape(sentence), soft_wrap=True, highlight=False)
 
 
-def show(console: Console, request: HelpRequest) -> None:
-    """Print a question with its numbers."""
+def print_request(console: Console, request: HelpRequest) -> None:
+    """Print a request."""
     console.print(f'[bold]Request {request.id}[/bold]', end=': ')
-    say(console, request.question)
-    say(
+    print_line(console, request.question)
+    print_line(
         console,
         f'  {request.object} is {State(request.x_i).name}, wanted '
         f'{State(request.goal).name}; best action {Action(request.action).name}, '

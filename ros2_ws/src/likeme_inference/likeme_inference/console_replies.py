@@ -1,19 +1,19 @@
-"""The words of the operator's console: answers a person may type, and what is shown."""
+"""Answers that an operator may type at the console, and the menu that lists them."""
 
 from __future__ import annotations
 
 from likeme_inference.tabletop.values import Reply
 
-#: What a person types -> what it means. Numbers are those of the menu.
+#: Typed word -> answer, in the order of the menu.
 WORDS = {
     'done': Reply.DONE_BY_HAND,
     'try': Reply.TRY_ANYWAY,
     'skip': Reply.SKIP,
 }
 MEANINGS = {
-    Reply.DONE_BY_HAND: 'I did it by hand: look',
+    Reply.DONE_BY_HAND: 'I did it by hand',
     Reply.TRY_ANYWAY: 'try your best action anyway',
-    Reply.SKIP: 'leave it',
+    Reply.SKIP: 'skip it',
 }
 MENU = '\n'.join(
     f'  {number}  {word:5} {MEANINGS[reply]}'
@@ -22,10 +22,10 @@ MENU = '\n'.join(
 
 
 def read_reply(text: str) -> Reply:
-    """Understand a word of the menu, its number, or its beginning.
+    """Read a word of the menu, its number, or an abbreviation.
 
     Raises:
-        ValueError: with the words there are.
+        ValueError: any other text.
     """
     typed = text.strip().lower()
     for number, (word, reply) in enumerate(WORDS.items(), start=1):

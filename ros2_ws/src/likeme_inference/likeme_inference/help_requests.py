@@ -1,4 +1,4 @@
-"""Requests for help and the rules of answering them: the core of the ask_human service."""
+"""Pending and answered requests for help: the logic of the ask_human service."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ from dataclasses import dataclass
 
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
+#: Accepted answers that are remembered: for a second operator who answers late, not for the
+#: lifetime of the node.
+ANSWERS_KEPT = 100
+
 
 class AnswerRefusedError(ValueError):
-    """An answer that cannot be accepted, in one sentence."""
+    """An answer that cannot be accepted."""
 
 
 @dataclass(frozen=True)
-class Answer:
+class AcceptedAnswer:
     """An accepted answer."""
 
     request: HelpRequest
@@ -21,32 +25,32 @@ class Answer:
 
     @property
     def sentence(self) -> str:
-        """What was accepted."""
+        """Log message of the accepted answer."""
         return f'Request {self.request.id} answered by {self.answered_by}: {self.reply.name}.'
 
 
-class HelpDesk:
-    """Keeps the questions that wait for an answer, and remembers those that had one."""
+class HelpRequests:
+    """Pending requests, and the latest accepted answers."""
 
     def __init__(self) -> None:
         self._pending: dict[int, HelpRequest] = {}
-        self._answered: dict[int, Answer] = {}
+        self._answered: dict[int, AcceptedAnswer] = {}
 
     @property
     def pending(self) -> tuple[HelpRequest, ...]:
-        """Requests that wait for an answer, oldest first."""
+        """Requests without an answer, oldest first."""
         return tuple(self._pending.values())
 
     def add(self, request: HelpRequest) -> None:
-        """Put up a question."""
+        """Add a pending request."""
         self._pending[request.id] = request
 
-    def answer(self, request_id: int, reply: int, answered_by: str) -> Answer:
+    def answer(self, request_id: int, reply: int, answered_by: str) -> AcceptedAnswer:
         """Accept an answer; the request is no longer pending.
 
         Raises:
-            AnswerRefusedError: second answer, nothing pending, unknown request, an answer that
-                is no Reply, or nobody's name to it.
+            AnswerRefusedError: a second answer, nothing pending, an unknown request, a number that
+                is not a Reply, or an empty name.
         """
         if request_id in self._answered:
             before = self._answered[request_id]
@@ -64,7 +68,9 @@ class HelpDesk:
             known = ', '.join(f'{r.value} {r.name}' for r in Reply)
             raise AnswerRefusedError(f'Expected an answer out of {known}, got {reply}.')
         if not answered_by.strip():
-            raise AnswerRefusedError('Expected the name of who answers, got an empty one.')
-        answer = Answer(self._pending.pop(request_id), Reply(reply), answered_by.strip())
+            raise AnswerRefusedError('Expected the name of the operator, got an empty one.')
+        answer = AcceptedAnswer(self._pending.pop(request_id), Reply(reply), answered_by.strip())
+        if len(self._answered) == ANSWERS_KEPT:
+            self._answered.pop(next(iter(self._answered)))
         self._answered[request_id] = answer
         return answer

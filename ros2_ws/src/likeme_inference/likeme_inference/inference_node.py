@@ -15,10 +15,10 @@ from likeme_core.ros.time import steady_clock
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
 from likeme_inference.experience.database import StoreError
-from likeme_inference.help_requests import AnswerRefusedError, HelpDesk
+from likeme_inference.help_requests import AnswerRefusedError, HelpRequests
 from likeme_inference.input_sequencer import Input
 from likeme_inference.node_settings import open_experience, read_model, read_settings
-from likeme_inference.ros.diagnostics import Health
+from likeme_inference.ros.diagnostics import SessionDiagnostics
 from likeme_inference.ros.node_parameters import NodeParameters, Values
 from likeme_inference.ros.session_inputs import Hearing
 from likeme_inference.tabletop.action_selection import Kind
@@ -88,7 +88,7 @@ class InferenceNode(Node):
         if self._experience is not None:
             model = self._experience.model
         self._session = ImitationSession(model, read_settings(values))
-        self._desk = HelpDesk()
+        self._desk = HelpRequests()
         self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
         self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
@@ -100,7 +100,7 @@ class InferenceNode(Node):
             values['arm_wait'],
             values['action_timeout'],
         )
-        self._health = Health(self, lambda: self._arm.ready, self._facts)
+        self._health = SessionDiagnostics(self, lambda: self._arm.ready, self._facts)
         self._hearing = Hearing(self, values['replayed'], self._hear_again)
         self._hearing.subscribe(
             Input.DEMONSTRATION, DemonstrationMsg, 'demonstration', self._on_demonstration, 10
@@ -148,7 +148,7 @@ class InferenceNode(Node):
 
     def _begin_anew(self, replayed: bool) -> None:
         self._session = ImitationSession(self._session.model, self._session.settings)
-        self._desk = HelpDesk()
+        self._desk = HelpRequests()
         self._health.counts.clear()
         self._hearing.begin(replayed)
 

@@ -1,66 +1,65 @@
-"""The inference node's parameters: names, defaults, ranges, and the values they stand for."""
+"""Parameters of the inference node: names, defaults, ranges, and the settings read from them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from likeme_core.settings import Setting
-from likeme_core.tabletop import Mode
-from likeme_inference.experience.executed import Experience
+from likeme_core.tabletop import Mode, State
+from likeme_inference.experience.imitation_experience import ImitationExperience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import Policy
-from likeme_inference.tabletop.imitation import Settings
+from likeme_inference.tabletop.imitation import ImitationSettings
+from likeme_inference.tabletop.model_parser import ModelFileError
 from likeme_inference.tabletop.robot_model import RobotModel
 
-#: More would be no plan but stubbornness.
-MOST_ACTIONS = 100
+#: Upper limit of action_budget.
+MAX_ACTIONS = 100
+#: s to wait for other writers of the experience store; the node processes nothing else meanwhile.
+LOCK_TIMEOUT = 1.0
 
 
 SETTINGS: dict[str, Setting] = {
-    'help_threshold': Setting(0.5, 'the robot asks when predicted success is below', (0, 1)),
+    'help_threshold': Setting(0.5, 'predicted success below which the robot asks', (0, 1)),
     'concentration': Setting(
         0.0, 'Dirichlet pseudo-count of every final state; 0: maximum likelihood', (0, 100)
     ),
-    'turn_timeout': Setting(60.0, 's of stamps in which to put the object back', (1, 3600)),
+    'turn_timeout': Setting(60.0, 's of stamps in which the object has to be put back', (1, 3600)),
     'turn_delay': Setting(
-        0.5, 's of stamps settled off the goal before the robot takes its turn', (0, 10)
+        0.5, 's of stamps settled off the goal before the robot decides', (0, 10)
     ),
     'outcome_timeout': Setting(
-        10.0, 's, of stamps or of silence, in which to see the outcome', (0.5, 600)
+        10.0, 's, of stamps or without a table state, to observe the outcome', (0.5, 600)
     ),
-    'action_timeout': Setting(60.0, 's to wait for the answer of the arm', (1, 3600)),
+    'action_timeout': Setting(60.0, 's to wait for the response of the arm', (1, 3600)),
     'arm_wait': Setting(
-        5.0, 's to wait for the arm service, and for the motion to start in', (0.1, 600)
+        5.0, 's to wait for the arm service, and for the motion to start', (0.1, 600)
     ),
     'mode': Setting(str(Mode.INTERACTIVE), ', '.join(Mode)),
     'policy': Setting(str(Policy.DIRECT), ', '.join(Policy)),
-    'action_budget': Setting(
-        3, 'actions the sequential mode may spend on one demonstration, 1 to 100'
-    ),
+    'action_budget': Setting(3, 'actions per demonstration in sequential mode, 1 to 100'),
     'shared_prior': Setting(
         False,
-        'whether the trials of all objects choose the prior together; concentration is not used',
+        'whether a prior is fitted to the trials of all objects; concentration is not used',
     ),
-    'soft_evidence': Setting(True, "whether perception's probabilities of x_i and x_f count"),
+    'soft_evidence': Setting(True, "whether perception's probabilities of x_i and x_f are used"),
     'goal_prior': Setting([1 / 3, 1 / 3, 1 / 3], 'p(LEFT), p(RIGHT), p(OFFTABLE); sums to 1'),
     'model_file': Setting('', 'path of a model file; empty: the shipped one'),
     'experience_store': Setting(
         '',
-        'SQLite file or database URL that keeps executed imitations and adds them to the model; '
+        'SQLite file or database URL of executed imitations, which are added to the model; '
         'empty: none',
         read_only=True,
     ),
     'learn_from_outcomes': Setting(
-        True, 'with an experience_store: whether new outcomes go into it'
+        True, 'whether new outcomes are recorded in the experience_store'
     ),
-    'robot': Setting(
-        'robot', 'whose experience it is, by the name its trials are kept under', read_only=True
-    ),
-    'replayed': Setting(False, 'start anew and hear arm and operator from hear_again alone'),
+    'robot': Setting('robot', 'robot name under which trials are recorded', read_only=True),
+    'replayed': Setting(False, 'new session with inputs from hear_again alone'),
 }
 
 
@@ -72,41 +71,45 @@ def read_model(path: str) -> RobotModel:
     """
     if not path:
         return model_file.shipped()
-    return model_file.load_tabletop(Path(path).expanduser())
+    try:
+        expanded = Path(path).expanduser()
+    except RuntimeError as error:
+        raise ModelFileError(f'{path}: {error}') from error
+    return model_file.load_tabletop(expanded)
 
 
-def open_experience(values: Mapping[str, Any], learned: RobotModel) -> Experience | None:
-    """Open the store that outcomes go into; None where no store is named.
+def open_experience(values: Mapping[str, Any], learned: RobotModel) -> ImitationExperience | None:
+    """Open the experience store; None if no store is named.
 
     Raises:
         StoreError: it cannot be used.
+        ValueError: the robot or an object has a name that no trial can have.
     """
     if not values['experience_store']:
         return None
-    # Waiting for somebody else's lock, the node would hear nothing else.
     try:
         software = version('likeme_inference')
     except PackageNotFoundError:
         software = 'not installed'
-    store = ExperienceStore(values['experience_store'], patience=1.0)
-    return Experience(store, values['robot'], software, learned)
+    store = ExperienceStore(values['experience_store'], lock_timeout=LOCK_TIMEOUT)
+    return ImitationExperience(store, values['robot'], software, learned)
 
 
-def read_settings(values: Mapping[str, Any]) -> Settings:
-    """Make settings of parameter values.
+def read_settings(values: Mapping[str, Any]) -> ImitationSettings:
+    """Read settings from parameter values.
 
     Raises:
-        ValueError: for a mode or policy that is none, or a prior that is no distribution.
+        ValueError: an unknown mode or policy, or a prior that is not a distribution.
     """
     if values['mode'] not in set(Mode):
         raise ValueError(f'Expected one of the modes {", ".join(Mode)}, got {values["mode"]!r}.')
     if values['policy'] not in set(Policy):
         raise ValueError(f'Expected a policy {" or ".join(Policy)}, got {values["policy"]!r}.')
-    if not 1 <= values['action_budget'] <= MOST_ACTIONS:
+    if not 1 <= values['action_budget'] <= MAX_ACTIONS:
         raise ValueError(
-            f'Expected an action_budget from 1 to {MOST_ACTIONS}, got {values["action_budget"]}.'
+            f'Expected an action_budget from 1 to {MAX_ACTIONS}, got {values["action_budget"]}.'
         )
-    return Settings(
+    return ImitationSettings(
         mode=Mode(values['mode']),
         threshold=values['help_threshold'],
         action_budget=values['action_budget'],
@@ -114,8 +117,16 @@ def read_settings(values: Mapping[str, Any]) -> Settings:
         concentration=values['concentration'],
         shared_prior=values['shared_prior'],
         soft_evidence=values['soft_evidence'],
-        goal_prior=tuple(values['goal_prior']),
+        goal_prior=_probabilities('goal_prior', values['goal_prior']),
         turn_timeout=values['turn_timeout'],
         turn_delay=values['turn_delay'],
         outcome_timeout=values['outcome_timeout'],
     )
+
+
+def _probabilities(name: str, value: Any) -> tuple[float, ...]:
+    """A list parameter of one number per state; its element type may be anything."""
+    numbers = not isinstance(value, str) and isinstance(value, Iterable)
+    if not numbers or not all(isinstance(p, (int, float)) for p in value):
+        raise ValueError(f'Expected {name} as {len(State)} probabilities, got {value!r}.')
+    return tuple(value)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from likeme_core.outcomes import MotionOutcome
-from likeme_inference.arm_call import ArmCall
+from likeme_inference.arm_call import ABSENCE_TIMEOUT, ArmCall
 from likeme_inference.tabletop.values import MotionReport
 
 PUSHED = MotionReport(MotionOutcome.COMPLETED, 'Pushed.')
@@ -86,12 +86,28 @@ def test_vanished_and_back_is_not_called_again() -> None:
     arm.call.start(lambda: 'push', now=0)
     arm.ready = False
     arm.call.poll(3.0)
+    arm.call.poll(3.0 + ABSENCE_TIMEOUT)
     arm.ready = True
-    for now in (4.0, 50.0, 70.0):
+    for now in (5.0, 50.0, 70.0):
         arm.call.poll(now)
 
     assert len(arm.sent) == len(arm.reports) == 1
     assert arm.reports[0].message == 'the arm service vanished 3.0 s after the request.'
+
+
+def test_a_service_that_is_not_ready_for_a_moment_has_not_vanished() -> None:
+    """While a second server is discovered, the service counts as not ready."""
+    arm = FakeArm()
+    arm.call.start(lambda: 'push', now=0)
+    for start in (3.0, 5.0):
+        arm.ready = False
+        arm.call.poll(start)
+        arm.call.poll(start + 0.9 * ABSENCE_TIMEOUT)
+        arm.ready = True
+        arm.call.poll(start + 0.95 * ABSENCE_TIMEOUT)
+    assert arm.reports == []
+    arm.sent[0][1].answer()
+    assert arm.reports == [PUSHED]
 
 
 def test_silent_then_late() -> None:

@@ -14,6 +14,7 @@ from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.goal_inference import goal_posterior, map_goal, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.robot_model import GOAL_MODELS_KEPT
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 PEAR = shipped().goal_model('pear')
@@ -282,3 +283,15 @@ def test_models_cannot_be_changed() -> None:
     ):  # fmt: skip
         with pytest.raises(ValueError, match='read-only'):
             array[...] = 1  # type: ignore[index]
+
+
+def test_goal_models_of_the_latest_settings_are_kept_and_no_others() -> None:
+    robot = shipped()
+    first = robot.goal_model('pear')
+    assert robot.goal_model('pear') is first
+    for count in range(2 * GOAL_MODELS_KEPT):
+        robot.goal_model('pear', concentration=1.0 + count)
+    assert len(robot._goal_models) == GOAL_MODELS_KEPT
+    anew = robot.goal_model('pear')
+    assert anew is not first
+    assert (anew.policy == first.policy).all()

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_models import World, counts, joint_of, marginal, policy_of, transition_of, worlds
 from scipy import sparse
-from worlds import World, counts, joint_of, marginal, policy_of, transition_of, worlds
 
 from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.tabletop.action_selection import choose
 from likeme_inference.tabletop.arrays import IntArray
 from likeme_inference.tabletop.dirichlet import sample_transitions
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.goal_exploration import explored_policy
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
     goal_posterior,
@@ -23,7 +24,6 @@ from likeme_inference.tabletop.goal_inference import (
 )
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
-from likeme_inference.tabletop.policy import explored_policy
 from likeme_inference.tabletop.sparse import SparseGoalModel
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 

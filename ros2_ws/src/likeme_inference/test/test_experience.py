@@ -11,27 +11,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from example_trials import PEAR, trial
 
-from experience import PEAR, trial
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.experience.campaign import Campaign, Progress
-from likeme_inference.experience.executed import Experience
-from likeme_inference.experience.policy import Random, Systematic
-from likeme_inference.experience.sighting import (
-    SeenObject,
-    Sighting,
-    TrialVoidError,
-    counted,
-    seen_in,
-)
+from likeme_inference.experience.exploration_policy import Random, Systematic
+from likeme_inference.experience.imitation_experience import ImitationExperience
 from likeme_inference.experience.store import ExperienceStore
-from likeme_inference.experience.trial import Counts, Pair, Place, TrialKey, no_counts
+from likeme_inference.experience.trial import Counts, Pair, TrialKey, no_counts
 from likeme_inference.experience.trial_file import TrialFileError, load, parse, save, write
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.model_file import shipped
-from likeme_inference.tabletop.values import Decision, MotionReport, Outcome, Result
+from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
+from likeme_inference.tabletop.values import Decision, Outcome, Result
 
 OBJECTS = ('pear', 'lemon', 'chicken')
 
@@ -153,24 +147,6 @@ def test_an_adaptive_policy_sees_how_each_trial_ended(store: ExperienceStore) ->
     assert (progress.total, progress.done) == (None, 3)
 
 
-def test_what_a_sighting_does_not_say() -> None:
-    covered, seen = SeenObject(None, None), SeenObject(State.LEFT, Place(0.4, 0.1, 0.0))
-    sighting = Sighting(1, True, {'pear': covered, 'lemon': seen})
-    assert seen_in(sighting, 'lemon') == (State.LEFT, seen.place)
-    with pytest.raises(TrialVoidError, match='The pear stayed covered'):
-        seen_in(sighting, 'pear')
-    with pytest.raises(TrialVoidError, match='The camera knows lemon, pear, not turnip'):
-        seen_in(sighting, 'turnip')
-
-
-@pytest.mark.parametrize(
-    'motion', [None, MotionOutcome.HELD, MotionOutcome.BUSY, MotionOutcome.EXPIRED]
-)
-def test_a_motion_that_does_not_count_voids_the_trial(motion: MotionOutcome | None) -> None:
-    with pytest.raises(TrialVoidError, match='The arm did not try: because'):
-        counted(MotionReport(motion, 'because.'))
-
-
 def test_counts_before_the_first_trial_are_zero() -> None:
     assert {t.sum() for t in no_counts(OBJECTS).values()} == {0}
 
@@ -192,7 +168,7 @@ def outcome(number: int = 1, x_f: State | None = State.RIGHT) -> Outcome:
 
 def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
     before = shipped()
-    experience = Experience(store, 'robot', '0.1.0', before)
+    experience = ImitationExperience(store, 'robot', '0.1.0', before)
     assert experience.model == before
     for _ in range(2):
         # The same outcome again is the same fact.
@@ -202,7 +178,7 @@ def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
     assert pushed[State.LEFT, Action.PUSH_RIGHT].tolist() == [0, 1, 0]
     assert pushed.sum() == 1
     # The learned model may have been exported from this very store: nothing counts twice.
-    again = Experience(store, 'robot', '0.1.0', model)
+    again = ImitationExperience(store, 'robot', '0.1.0', model)
     assert again.model.rows == model.rows
     experience.record_outcome(decision(2), outcome(2, State.LEFT))
     assert experience.model.version == '1+2'
@@ -220,11 +196,24 @@ def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
 def test_what_says_nothing_of_the_robots_skill_is_no_trial(
     store: ExperienceStore, ending: Outcome
 ) -> None:
-    experience = Experience(store, 'robot', '0.1.0', shipped())
+    experience = ImitationExperience(store, 'robot', '0.1.0', shipped())
     assert experience.record_outcome(decision(), ending) is None
     assert not list(store.trials())
 
 
+@pytest.mark.parametrize('name', ['', ' robot', 'end', '#1', 'x' * 101])
+def test_names_that_no_trial_can_have_are_rejected_at_the_start(
+    store: ExperienceStore, name: str
+) -> None:
+    rows = (TrialCounts(name or ' ', 0, 0, (1, 0, 0), 'a'),)
+    with pytest.raises(ValueError, match='Expected a name of 1 to 100 printable characters'):
+        ImitationExperience(store, 'robot', '0.1.0', RobotModel('m', '1', {'a': 'A.'}, rows))
+    with pytest.raises(ValueError, match='Expected a name of 1 to 100 printable characters'):
+        ImitationExperience(store, name, '0.1.0', shipped())
+
+
 def test_another_decisions_outcome_is_refused(store: ExperienceStore) -> None:
     with pytest.raises(ValueError, match='Expected the outcome of decision 2, got that of 1'):
-        Experience(store, 'robot', '0.1.0', shipped()).record_outcome(decision(2), outcome(1))
+        ImitationExperience(store, 'robot', '0.1.0', shipped()).record_outcome(
+            decision(2), outcome(1)
+        )

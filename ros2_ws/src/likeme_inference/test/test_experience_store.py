@@ -10,15 +10,15 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from example_trials import PEAR, trial
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sqlalchemy.dialects import mysql, postgresql
 from sqlalchemy.schema import CreateTable
 
-from experience import PEAR, trial
 from likeme_core.tabletop import Action, State
 from likeme_inference.experience.database import StoreError
-from likeme_inference.experience.model_view import robot_model
+from likeme_inference.experience.model_from_trials import robot_model
 from likeme_inference.experience.schema import metadata, trials
 from likeme_inference.experience.store import BATCH, ExperienceStore
 from likeme_inference.experience.trial import Pair
@@ -28,7 +28,7 @@ from likeme_inference.tabletop.model_parser import parse
 WRITER = """
 import sys
 sys.path.insert(0, sys.argv[1])
-from experience import trial
+from example_trials import trial
 from likeme_inference.experience.store import ExperienceStore
 store = ExperienceStore(sys.argv[2])
 for repetition in range(int(sys.argv[3]), int(sys.argv[4])):
@@ -174,7 +174,7 @@ def test_what_is_no_store_of_this_version_is_refused_untouched(
 
 
 def test_a_locked_store_is_refused_and_keeps_what_it_has(path: Path) -> None:
-    with closing(ExperienceStore(str(path), patience=0.2)) as store:
+    with closing(ExperienceStore(str(path), lock_timeout=0.2)) as store:
         store.record([trial(0)])
         with closing(sqlite3.connect(path, isolation_level=None)) as other:
             other.execute('BEGIN IMMEDIATE')

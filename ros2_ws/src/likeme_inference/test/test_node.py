@@ -16,7 +16,7 @@ from likeme_inference import messages
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import TABLETOP, Policy
-from likeme_inference.tabletop.imitation import Settings, believe, decide
+from likeme_inference.tabletop.imitation import ImitationSettings, believe, decide
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import plan
 from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome
@@ -45,7 +45,9 @@ def expected_decision(demo: Demonstration, mode: Mode, got: Decision) -> Decisio
     value = messages.read_demonstration(demo, shipped().objects)
     stamp = stamp_ns(got.header.stamp)
     view = TableSnapshot(stamp, got.header.frame_id, True, {demo.object: value.x_i})
-    return messages.decision_msg(decide(shipped(), Settings(mode=mode), value, view, got.id))
+    return messages.decision_msg(
+        decide(shipped(), ImitationSettings(mode=mode), value, view, got.id)
+    )
 
 
 def answer(graph: Graph, number: int, reply: int, by: str = 'Ada') -> Any:
@@ -82,7 +84,7 @@ def test_twelve_demonstrations(tmp_path: Path, mode: Mode) -> None:
             outcome = graph.until(lambda: heard.outcomes, 10, 'an outcome').pop()
 
             value = messages.read_demonstration(demo, shipped().objects)
-            assert belief == messages.belief_msg(believe(shipped(), Settings(), value))
+            assert belief == messages.belief_msg(believe(shipped(), ImitationSettings(), value))
             assert decision == expected_decision(demo, mode, decision)
             # Once, the pear is worth asking for; with three actions it is worth trying.
             asked = mode is Mode.INTERACTIVE and (name, x_i, x_f) == ('pear', R, L)
@@ -137,7 +139,7 @@ def test_policy_prior_and_soft_evidence_reach_the_decision(tmp_path: Path, polic
 
         value = messages.read_demonstration(demo, shipped().objects)
         model = shipped().goal_model('lemon', policy=policy, concentration=0.09)
-        settings = Settings(policy=policy, concentration=0.09)
+        settings = ImitationSettings(policy=policy, concentration=0.09)
         assert got == messages.belief_msg(believe(shipped(), settings, value))
         expected = model.goal_posterior([0.8, 0.2, 0.0], [0.1, 0.7, 0.2])
         assert list(got.posterior) == expected.tolist()

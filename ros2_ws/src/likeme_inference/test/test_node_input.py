@@ -79,6 +79,10 @@ def test_ranges_arrive_as_they_were_meant(tmp_path: Path) -> None:
         ({'mode': 'telepathy'}, "got 'telepathy'"),
         ({'goal_prior': [0.5, 0.4, 0.03]}, 'to sum to 1, got 0.93'),
         ({'model_file': '/no/such/file'}, '/no/such/file: No such file'),
+        ({'model_file': '~no_such_user/m.csv'}, '~no_such_user/m.csv: Could not determine home'),
+        ({'goal_prior': []}, 'Expected goal_prior as 3 probabilities, got None.'),
+        ({'experience_store': 'sqlite://', 'robot': 'end'}, 'and not "end", got \'end\''),
+        ({'experience_store': 'sqlite://', 'robot': ''}, "got ''"),
     ],
 )
 def test_a_node_with_bad_parameters_does_not_start(
@@ -107,6 +111,8 @@ def test_parameters_are_refused_or_count_for_the_next_decision(tmp_path: Path) -
                 ('help_threshold', -0.1), ('mode', 'telepathy'), ('goal_prior', [0.5, 0.5]),
                 ('goal_prior', [0.9, 0.0, 0.03]), ('arm_wait', 0.0), ('help_threshold', 'half'),
                 ('model_file', str(torn)), ('model_file', str(tmp_path / 'none.csv')),
+                ('goal_prior', 3), ('goal_prior', ['a', 'b', 'c']), ('goal_prior', 'left'),
+                ('goal_prior', None), ('model_file', '~no_such_user/model.csv'),
             ]
         ]  # fmt: skip
         camera.show('pear', R, L)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from random_models import counts
 from scipy import sparse
-from worlds import counts
 
 from likeme_core.tabletop import Action, State
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray

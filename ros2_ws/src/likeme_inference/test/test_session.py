@@ -6,12 +6,12 @@ import dataclasses
 import math
 
 import pytest
-from stories import ns, shown, table
+from session_values import ns, shown, table
 
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import Settings, help_request
+from likeme_inference.tabletop.imitation import ImitationSettings, help_request
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession, Phase
@@ -30,7 +30,7 @@ DONE = MotionReport(MotionOutcome.COMPLETED, 'Pushed.', ns(20))
 
 
 def session(mode: Mode = Mode.INTERACTIVE, **settings: float) -> ImitationSession:
-    return ImitationSession(shipped(), Settings(mode=mode, **settings))
+    return ImitationSession(shipped(), ImitationSettings(mode=mode, **settings))
 
 
 def show_and_put_back(here: ImitationSession, name: str, x_i: State, x_f: State) -> Decision:
@@ -332,15 +332,58 @@ def test_settings_and_model_count_from_the_next_decision_on() -> None:
     assert (decision.kind, decision.threshold, decision.model) == (Kind.EXECUTE, 0.3, 'renamed 2')
 
 
-def test_a_model_that_does_not_know_the_object_ends_its_turn() -> None:
+def without_pear() -> RobotModel:
+    rows = tuple(row for row in shipped().rows if row.object != 'pear')
+    return RobotModel('no_pear', '1', shipped().sources, rows)
+
+
+def test_a_model_without_the_demonstrated_object_ends_the_turn() -> None:
     here = session()
     here.observe_demonstration(shown('pear', R, L, at=3))
-    rows = tuple(row for row in shipped().rows if row.object != 'pear')
-    here.model = RobotModel('no_pear', '1', shipped().sources, rows)
+    here.model = without_pear()
+    dropped = here.look(table(11))
 
-    assert here.look(table(11)) is None
+    assert isinstance(dropped, Remark)
+    assert dropped.sentence == 'no_pear 1 has no trials of pear: its demonstration is dropped.'
+    assert here.phase is Phase.IDLE
+    assert here.look(table(12)) is None
     with pytest.raises(ValueError, match="got 'pear'"):
         here.observe_demonstration(shown('pear', R, L, at=13))
+
+
+@pytest.mark.parametrize('phase', [Phase.ACTING, Phase.CONFIRMING])
+def test_a_model_without_the_object_ends_a_sequence_after_the_action_under_way(
+    phase: Phase,
+) -> None:
+    here = session(Mode.SEQUENTIAL, threshold=0.1)
+    show_and_put_back(here, 'pear', R, L)
+    if phase is Phase.ACTING:
+        here.model = without_pear()
+    here.motion_finished(DONE)
+    here.model = without_pear()
+    outcome = here.look(table(21, pear=R))
+    dropped = here.look(table(22, pear=R))
+
+    assert isinstance(outcome, Outcome)
+    assert outcome.result is Result.MISSED
+    assert isinstance(dropped, Remark)
+    assert here.phase is Phase.IDLE
+
+
+@pytest.mark.parametrize('reply', Reply)
+def test_a_question_may_be_answered_after_the_model_lost_its_object(reply: Reply) -> None:
+    here = session(Mode.SEQUENTIAL, threshold=1.0)
+    show_and_put_back(here, 'pear', R, L)
+    assert here.phase is Phase.ASKING
+    here.model = without_pear()
+    outcome = here.answered(reply)
+    if reply is Reply.TRY_ANYWAY:
+        here.motion_finished(DONE)
+    outcome = outcome or here.look(table(21, pear=R))
+
+    assert isinstance(outcome, Outcome)
+    assert here.phase is Phase.IDLE
+    assert here.look(table(22, pear=R)) is None
 
 
 def test_calls_out_of_order_are_refused() -> None:
@@ -366,7 +409,7 @@ def test_calls_out_of_order_are_refused() -> None:
 )
 def test_settings_that_are_none(settings: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        Settings(**settings)
+        ImitationSettings(**settings)
 
 
 def missed(here: ImitationSession, at: float, x_f: State, **motion: MotionOutcome) -> Outcome:

@@ -1,1 +1,1 @@
-"""LikeMe perception: from RGB-D frames to what is where, and to acts of a person."""
+"""Perception: object states and human demonstrations from RGB-D frames."""

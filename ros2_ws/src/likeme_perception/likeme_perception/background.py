@@ -1,4 +1,4 @@
-"""The empty scene, learned from the first frames: table plane, and what else stands still."""
+"""Background model, learned from the first frames: table plane and static structure."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_core.geometry import Rectangle
+from likeme_perception.camera_view import CameraView
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoTableError
-from likeme_perception.plane import Plane, ransac_plane, refine_plane
-from likeme_perception.rgbd import Intrinsics, RgbdFrame, deproject, depth_sigma
-from likeme_perception.view import TableView, levelled, pose_from_plane
+from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_sigma
+from likeme_perception.table_detection import find_table, table_pixels
 
 ImageF = NDArray[np.float32]
 ImageB = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 
-# Depth that jumps this much (m) in more than this share of the pixels means that something moved.
+# The scene moved if the depth deviates by more than this (m) in more than this share of pixels.
 _UNSTEADY_DEPTH = 0.05
 _UNSTEADY_SHARE = 0.015
 
 
 @dataclass(frozen=True, eq=False)
 class Background:
-    """The scene without things and hands, as the camera at rest sees it.
+    """The scene without objects, hands and arms, for a camera that does not move.
 
-    nearest: (H, W) m; a reading nearer than this is foreground. table: pixels in which the plane
-    itself is the background. colour: mean RGB, (H, W, 3).
+    nearest: (H, W) m; a smaller reading is foreground. table: pixels whose background is the table
+    plane. colour: mean RGB, (H, W, 3). depth: mean, (H, W) m. area: the table top.
     """
 
-    view: TableView
+    view: CameraView
     nearest: ImageF
     table: Mask
     colour: ImageB
@@ -41,13 +41,13 @@ class Background:
     area: Rectangle
 
     def foreground(self, frame: RgbdFrame) -> ImageB:
-        """Pixels nearer than the background, without specks, (H, W) 0 or 1."""
+        """Foreground mask, morphologically opened, (H, W) 0 or 1."""
         mask = (frame.depth < self.nearest).view(np.uint8)
         return cast(ImageB, cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)))
 
 
 class BackgroundLearner:
-    """Takes frames until it knows the background."""
+    """Accumulates frames until the background can be computed."""
 
     def __init__(self, config: PerceptionConfig, intrinsics: Intrinsics) -> None:
         self._config = config
@@ -64,10 +64,10 @@ class BackgroundLearner:
         self._colour = np.zeros((*shape, 3), np.float32)
 
     def add(self, frame: RgbdFrame) -> Background | None:
-        """Take one frame; the background once there are enough of them and nothing moved.
+        """Add one frame; the background, once there are enough frames without motion.
 
         Raises:
-            NoTableError: they show no table; learning begins anew.
+            NoTableError: the frames show no table; learning starts again.
         """
         seen = np.isfinite(frame.depth)
         depth = np.where(seen, frame.depth, np.float32(0))
@@ -87,12 +87,12 @@ class BackgroundLearner:
         try:
             return learned_background(mean, spread, colour, self._config, self._intrinsics)
         except NoTableError:
-            # What was seen so far is no table; with it in the mean there would never be one.
+            # Frames without a table would spoil the mean of those that show it later.
             self._clear()
             raise
 
     def _statistics(self) -> tuple[ImageF, ImageF]:
-        """Mean and deviation of the depth; NaN where fewer than a fifth of the frames saw it."""
+        """Mean and deviation of the depth; NaN with readings in less than 1/5 of the frames."""
         count = np.where(self._count >= max(1.0, 0.2 * self.frames), self._count, np.nan)
         mean = self._sum / count
         spread = np.sqrt(np.maximum(self._squares / count - mean * mean, 0))
@@ -102,17 +102,17 @@ class BackgroundLearner:
 def learned_background(
     depth: ImageF, spread: ImageF, colour: ImageB, config: PerceptionConfig, intrinsics: Intrinsics
 ) -> Background:
-    """The background from the depth's mean and standard deviation and the mean colour."""
+    """The background from mean and standard deviation of the depth and the mean colour."""
     view = find_table(depth, config, intrinsics)
     sigma = np.nan_to_num(depth_sigma(depth), nan=0.004)
     steepness = np.abs(view.slope)
     least = np.maximum(config.min_height, config.height_sigmas * sigma * steepness)
-    on_table, area = _table_pixels(depth, view, config)
-    structure, objects = _risen(depth, view, area, least)
+    on_table, area = table_pixels(depth, view, config)
+    structure, objects = _above_table(depth, view, area, least)
     if config.empty_at_start:
         structure, objects = np.ones_like(on_table), np.zeros_like(on_table)
     elif config.table is None:
-        # Nobody said where the table ends: what rises over its plane is a thing, not the scene.
+        # The table's edges are not known: treat everything above its plane as an object.
         structure, objects = np.zeros_like(on_table), structure | objects
     plane_pixels = (on_table & ~structure) | objects
     jump = config.min_height if config.empty_at_start else 0.01
@@ -124,71 +124,19 @@ def learned_background(
 
 
 def _filled(depth: ImageF) -> ImageF:
-    """Depth with holes closed by the nearest surface around them; 0 where nothing is near."""
+    """Depth with holes filled by the nearest surface around them; 0 where there is none."""
     high = np.nan_to_num(depth, nan=1e3).astype(np.float32)
     near = cv2.erode(high, np.ones((15, 15), np.uint8))
     filled = np.where(np.isnan(depth), near, depth)
     return np.where(filled > 100, 0, filled).astype(np.float32)
 
 
-def find_table(depth: ImageF, config: PerceptionConfig, intrinsics: Intrinsics) -> TableView:
-    """The camera's pose over the table: configured and levelled to the plane, or estimated."""
-    rng = np.random.default_rng(0)
-    cloud = deproject(depth, intrinsics)[::4, ::4]
-    pose = config.camera_pose()
-    if pose is None:
-        return TableView(intrinsics, pose_from_plane(_table_among(cloud, rng)))
-    points = cloud[np.isfinite(cloud[:, :, 2])].astype(np.float64)
-    in_base = points @ pose[:3, :3].T + pose[:3, 3]
-    near = np.abs(in_base[:, 2]) < 0.05
-    if config.table is not None:
-        near &= config.table.contains(in_base[:, 0], in_base[:, 1], -0.01)
-    if near.sum() < 200:
-        raise NoTableError(
-            f'Expected the table at z = 0 in {config.reference_frame}, '
-            f'got {int(near.sum())} points there: is the camera pose right?'
-        )
-    plane = ransac_plane(points[near], rng)
-    return TableView(intrinsics, levelled(pose, refine_plane(points[near], plane, 0.01)))
+def _above_table(
+    depth: ImageF, view: CameraView, area: Rectangle, least: ImageF
+) -> tuple[Mask, Mask]:
+    """Masks of what stands above the table plane at the start: static structure, and objects.
 
-
-def _table_among(cloud: ImageF, rng: np.random.Generator) -> Plane:
-    """The largest plane, or, when that has little of the middle of the image, the largest there.
-
-    A camera looks at its table: what lies at the rim of the image may be the floor.
-    """
-    rows, columns = cloud.shape[0] // 4, cloud.shape[1] // 4
-    middle = cloud[rows:-rows, columns:-columns].reshape(-1, 3)
-    middle = middle[np.isfinite(middle[:, 2])]
-    largest, central = ransac_plane(cloud.reshape(-1, 3), rng), ransac_plane(middle, rng)
-    share, best = (np.mean(np.abs(p.height(middle)) < 0.01) for p in (largest, central))
-    return central if best > 3 * share else largest
-
-
-def _table_pixels(
-    depth: ImageF, view: TableView, config: PerceptionConfig
-) -> tuple[Mask, Rectangle]:
-    """Pixels whose ray meets the table, and the table's rectangle."""
-    x, y = view.ground[:, :, 0], view.ground[:, :, 1]
-    if config.table is not None:
-        return config.table.contains(x, y), config.table
-    with np.errstate(invalid='ignore'):
-        flat = np.abs(depth / view.depth_at_height(0.0) - 1) < 0.02
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(flat.astype(np.uint8))
-    largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    outline = np.argwhere(labels == largest)[:, ::-1].astype(np.int32)
-    hull = np.zeros(depth.shape, np.uint8)
-    cv2.fillConvexPoly(hull, cv2.convexHull(outline), (1,))
-    inside = hull.astype(bool)
-    corner = [np.percentile(v[inside], q) for v in (x, y) for q in (0.5, 99.5)]
-    return inside, Rectangle(*(float(v) for v in corner))
-
-
-def _risen(depth: ImageF, view: TableView, area: Rectangle, least: ImageF) -> tuple[Mask, Mask]:
-    """What rises over the table at start, in two parts: standing structure, and objects.
-
-    Structure reaches beyond the table (an arm at rest); an object lies within its rectangle, even
-    where it hides what is behind the table.
+    Structure extends beyond the table (an arm at rest); an object lies within its rectangle.
     """
     height = depth * view.slope + view.origin[2]
     high = cv2.morphologyEx(

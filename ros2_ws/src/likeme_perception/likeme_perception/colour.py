@@ -1,4 +1,4 @@
-"""Colour models in CIELAB: a few Gaussians, or a histogram learned on line, as look-up tables."""
+"""Colour models in CIELAB as look-up tables: Gaussian mixture, and histogram learned online."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ Index = NDArray[np.intp]
 Bins = NDArray[np.int32]
 LogDensity = NDArray[np.float32]
 
-# 8 levels of L, 64 of a and of b: light and shade change L, so it is kept coarse.
+# Bins of L, a and b. L is coarse, since light and shade change it.
 _LEVELS = (8, 64, 64)
 _VOLUME = (100 / 8) * 4.0 * 4.0
 BINS = 8 * 64 * 64
-# log density of "any colour": uniform over the part of CIELAB that things have.
+# Log density of an unknown colour: uniform over the part of CIELAB that objects use.
 UNKNOWN_LOG_DENSITY = -float(np.log(100.0 * 120.0 * 120.0))
-# No pixel speaks against a model by more than this: highlights and mixed edge pixels are common.
+# Lower bound of log densities: highlights and mixed pixels at edges fit no model.
 FLOOR_LOG_DENSITY = UNKNOWN_LOG_DENSITY - 4.0
 
 
 @dataclass(frozen=True)
-class ColourPart:
+class ColourComponent:
     """One Gaussian: weight, mean (L, a, b) and standard deviations, in CIELAB units."""
 
     weight: float
@@ -66,10 +66,11 @@ def _bin_centres() -> NDArray[np.float64]:
     )
 
 
-def mixture_log_density(parts: tuple[ColourPart, ...]) -> LogDensity:
-    """log p(colour) at each bin of a mixture of Gaussians with equal treatment of light and shade.
+def mixture_log_density(parts: tuple[ColourComponent, ...]) -> LogDensity:
+    """log p(colour) of a Gaussian mixture at each bin, (BINS,).
 
-    Deviations have a floor (L 12, a and b 5): another lamp or white balance shifts every colour.
+    Deviations are at least 12 in L and 5 in a and b, since another lamp or white balance shifts
+    every colour.
     """
     centres = _bin_centres()
     density = np.zeros(len(centres))
@@ -82,8 +83,8 @@ def mixture_log_density(parts: tuple[ColourPart, ...]) -> LogDensity:
         return np.maximum(np.log(density), FLOOR_LOG_DENSITY).astype(np.float32)
 
 
-def mixture_of(lab: NDArray[np.float64], parts: int = 3) -> tuple[ColourPart, ...]:
-    """Fit a mixture to colours (N, 3), CIELAB units: k-means, then a Gaussian for each cluster."""
+def mixture_of(lab: NDArray[np.float64], parts: int = 3) -> tuple[ColourComponent, ...]:
+    """Fit a mixture to colours (N, 3), CIELAB units: k-means, then one Gaussian per cluster."""
     if len(lab) < 20:
         raise ValueError(f'Expected at least 20 pixels to learn a colour, got {len(lab)}.')
     scaled = (lab * (0.4, 1.0, 1.0)).astype(np.float32)
@@ -92,11 +93,13 @@ def mixture_of(lab: NDArray[np.float64], parts: int = 3) -> tuple[ColourPart, ..
     _, label, _ = cv2.kmeans(scaled, parts, np.zeros(0, np.int32), stop, 3, cv2.KMEANS_PP_CENTERS)
     found = []
     for k in range(parts):
-        mine = lab[label.ravel() == k]
-        if len(mine) < 0.03 * len(lab):
+        cluster = lab[label.ravel() == k]
+        if len(cluster) < 0.03 * len(lab):
             continue
-        mean, deviation = mine.mean(axis=0), mine.std(axis=0)
-        found.append(ColourPart(round(len(mine) / len(lab), 3), _triple(mean), _triple(deviation)))
+        mean, deviation = cluster.mean(axis=0), cluster.std(axis=0)
+        found.append(
+            ColourComponent(round(len(cluster) / len(lab), 3), _triple(mean), _triple(deviation))
+        )
     return tuple(sorted(found, key=lambda part: -part.weight))
 
 
@@ -104,8 +107,8 @@ def _triple(values: NDArray[np.float64]) -> tuple[float, float, float]:
     return round(float(values[0]), 1), round(float(values[1]), 1), round(float(values[2]), 1)
 
 
-class OnlineColour:
-    """A colour histogram that follows what it is shown, forgetting older frames."""
+class ColourHistogram:
+    """A colour histogram with exponential forgetting of older frames."""
 
     def __init__(self, keep: float = 0.9, prior: float = 300.0) -> None:
         self._keep = keep
@@ -115,11 +118,11 @@ class OnlineColour:
 
     @property
     def known(self) -> bool:
-        """Whether enough has been seen to judge by."""
+        """Whether it holds enough pixels to be used."""
         return float(self._count.sum()) > 200
 
-    def show(self, bins: Bins) -> None:
-        """Learn from the colours of one frame."""
+    def update(self, bins: Bins) -> None:
+        """Add the colours of one frame."""
         count = np.bincount(bins, minlength=BINS).astype(np.float32)
         self._count = self._keep * self._count + count
         self._log = None

@@ -1,4 +1,4 @@
-"""Everything about the cell and the thresholds that another camera or table would change."""
+"""Configuration of perception: geometry of the cell, and thresholds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SIDES = ('near', 'far', 'left', 'right')
 
 @dataclass(frozen=True)
 class PerceptionConfig:
-    """Numbers of one set-up; m and s, in the reference frame (z = 0: table top)."""
+    """Parameters of one set-up; m and s, in the reference frame (z = 0: table top)."""
 
     reference_frame: str = 'base_link'
     # Pose of the camera's optical frame in the reference frame; None: estimated from the table
@@ -31,53 +31,50 @@ class PerceptionConfig:
         -0.274097,
         0.007670,
     )
-    # The table top, and the part of it that counts as LEFT or RIGHT. None: the plane as far as
-    # seen.
+    # The table top, and the part of it that is LEFT or RIGHT. None: estimated from the depth, and
+    # the whole table.
     table: Rectangle | None = Rectangle(0.22, 0.66, -0.38, 0.38)
     work_area: Rectangle | None = Rectangle(0.27, 0.61, -0.33, 0.33)
     # LEFT is y > blue_line_y.
     blue_line_y: float = 0.0
-    # Things whose centroid is this far below the table top have fallen off it.
+    # An object whose centroid is this far below the table top is OFFTABLE.
     fallen_depth: float = 0.03
-    # Sides of the table over which a person's hand and the robot's own arm come in, seen by the
-    # robot.
+    # Sides of the table, as seen by the robot, over which a person's hand and its own arm enter.
     human_sides: tuple[str, ...] = ('far',)
     robot_sides: tuple[str, ...] = ('near',)
-    # Background: frames to learn it from; least height of a thing, and the same in standard
-    # deviations of the depth noise (the greater one counts).
+    # Number of frames to learn the background from.
     background_frames: int = 30
-    # True: nothing stands on the table while the background is learned, so what rises there is
-    # scene. False: things may stand there from the start and are found against the table's plane.
+    # True: the table is empty while the background is learned; what stands there is background.
+    # False: objects may be on it from the start and are found above the table's plane.
     empty_at_start: bool = False
+    # Least height of an object, in m and in deviations of the depth noise; the greater counts.
     min_height: float = 0.008
     height_sigmas: float = 4.0
-    # Objects: top-view cell that joins pixels, least area, largest length of one object.
+    # Cell of the top-view grid; least area and greatest length of an object.
     cell_size: float = 0.006
     min_object_area: float = 0.0003
     max_object_length: float = 0.25
-    # What the image's edge cuts off and is still this long is no object.
+    # Greatest length of an object that the image's border cuts off.
     cut_off_length: float = 0.12
-    # Share of an object's usual area that must be seen to state where it is.
+    # Least visible share of an object's usual area to state its position.
     visible_fraction: float = 0.15
-    # Identification: least probability to call pixels by a name.
+    # Least probability to identify an object.
     min_identity: float = 0.3
-    # Standard deviation of a fully seen object's centroid.
+    # Standard deviation of the centroid of a fully visible object.
     centroid_sigma: float = 0.003
-    # At rest: stays within rest_radius for settle_time. Gone: not seen for absence_time.
+    # An object is at rest if it stays within rest_radius for settle_time, and OFFTABLE if it is
+    # not seen for absence_time.
     rest_radius: float = 0.008
     settle_time: float = 0.4
     absence_time: float = 0.3
-    # Area over the table that makes a hand or an arm, and how long it must be out of view to have
-    # left.
+    # Least area of a hand or an arm over the table; time out of view after which a hand has left.
     intruder_min_area: float = 0.0008
     hand_gone_time: float = 0.3
-    # A hand or arm that does not move for this long is a thing somebody put there: background,
-    # until it moves.
+    # A hand or arm that does not move for this long is background until it moves.
     still_time: float = 20.0
-    # After a hand has left, wait this long at most for things to come to rest.
+    # Longest wait for objects to come to rest after a hand has left.
     settle_timeout: float = 5.0
-    # Rise at which a carried object is as likely placed as pushed, and the width of that
-    # transition.
+    # Rise at which PLACE and PUSH are equally likely, and the width of that transition.
     place_rise: float = 0.035
     place_rise_scale: float = 0.008
 
@@ -110,7 +107,7 @@ class PerceptionConfig:
 def pose_matrix(
     position: tuple[float, float, float], quaternion: tuple[float, float, float, float]
 ) -> NDArray[np.float64]:
-    """4x4 transform from a position (m) and a quaternion x, y, z, w of length 1 within 1 %."""
+    """4x4 transform from a position (m) and a unit quaternion x, y, z, w (within 1 %)."""
     if (len(position), len(quaternion)) != (3, 4):
         raise ValueError(
             f'Expected a position of 3 and a quaternion of 4 numbers, '
@@ -133,7 +130,7 @@ def pose_matrix(
 def config_from(
     values: Mapping[str, Any], base: PerceptionConfig | None = None
 ) -> PerceptionConfig:
-    """A configuration with some numbers changed; rectangles as [x_min, x_max, y_min, y_max]."""
+    """A configuration with some values changed; rectangles as [x_min, x_max, y_min, y_max]."""
     known = {field.name for field in fields(PerceptionConfig)}
     unknown = sorted(set(values) - known)
     if unknown:
@@ -148,15 +145,15 @@ def config_from(
 
 
 def load_config(path: Path) -> PerceptionConfig:
-    """Read a configuration from YAML that names only what differs from the cell's numbers."""
+    """Read a configuration from a YAML file with the values that differ from the defaults."""
     return config_from(yaml_mapping(path.read_text(), path))
 
 
 def yaml_mapping(text: str, source: Path | None) -> dict[str, Any]:
-    """YAML text that is a mapping, or empty; source: where it comes from.
+    """The mapping in a YAML text, possibly empty; source: file named in errors.
 
     Raises:
-        ValueError: it is something else.
+        ValueError: it is not a mapping.
     """
     try:
         values = yaml.safe_load(text) or {}

@@ -1,16 +1,16 @@
-"""Why a frame cannot be used, by class: what is counted, and said, is the reason."""
+"""Reasons why a frame cannot be used, one exception class each."""
 
 from __future__ import annotations
 
 
 class FrameError(ValueError):
-    """A frame that cannot be used; `reason` is a short word for it."""
+    """A frame cannot be used; `reason` is its key in the diagnostics."""
 
     reason = 'size'
 
 
 class EncodingError(FrameError):
-    """An image is in an encoding that is not known."""
+    """The encoding of an image is not supported."""
 
     reason = 'encoding'
 
@@ -22,6 +22,6 @@ class NoDepthError(FrameError):
 
 
 class NoTableError(FrameError):
-    """There is no table plane where it should be."""
+    """There is no table plane where it is expected."""
 
     reason = 'no table'

@@ -1,4 +1,4 @@
-"""The foremost part of a hand: what stands for the whole while it hides what it carries."""
+"""Tip of a hand: stands in for an object that the hand hides while carrying it."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_perception.background import Background
-from likeme_perception.segmentation import Blob
-from likeme_perception.sides import nearest_side
+from likeme_perception.blobs import Blob
+from likeme_perception.entry_side import nearest_side
 
-# The tip of a hand: this much (m) of it from its farthest point.
-_TIP = 0.08
+# Length (m) of the tip, from the point farthest from the entry side.
+_TIP_LENGTH = 0.08
 
 
 class HandTip(NamedTuple):
-    """The foremost part of a hand over the table: x, y and low (10th percentile of height), m."""
+    """Tip of a hand over the table, m: mean x and y; low: 10th percentile of its height."""
 
     x: float
     y: float
@@ -23,7 +23,7 @@ class HandTip(NamedTuple):
 
 
 def hand_tip(hand: Blob, background: Background, sides: tuple[str, ...]) -> HandTip | None:
-    """Where the hand's foremost part over the table is; the side it came in over is behind it."""
+    """The tip, as the part over the table farthest from the entry side; None if there is none."""
     x, y, _ = hand.xyz
     over = background.area.contains(x, y)
     if np.count_nonzero(over) < 20:
@@ -31,5 +31,5 @@ def hand_tip(hand: Blob, background: Background, sides: tuple[str, ...]) -> Hand
     side = nearest_side(hand.xyz, background.area, sides)
     x, y, z = hand.xyz[:, over]
     ahead = {'near': x, 'far': -x, 'left': -y, 'right': y}[side]
-    tip = ahead > np.percentile(ahead, 99.5) - _TIP
+    tip = ahead > np.percentile(ahead, 99.5) - _TIP_LENGTH
     return HandTip(float(x[tip].mean()), float(y[tip].mean()), float(np.percentile(z[tip], 10)))

@@ -1,78 +1,25 @@
-"""Which blob is which object of the catalogue, by colour and size, and how certain that is."""
+"""Identification of blobs: probability of each catalogue object by colour and size."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
-from importlib.resources import files
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import cv2
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from likeme_perception.colour import (
-    UNKNOWN_LOG_DENSITY,
-    Bins,
-    ColourPart,
-    LogDensity,
-    mixture_log_density,
-    mixture_of,
-)
-from likeme_perception.config import yaml_mapping
-from likeme_perception.segmentation import Shape
+from likeme_perception.catalogue import Catalogue
+from likeme_perception.colour import UNKNOWN_LOG_DENSITY, Bins
+from likeme_perception.top_view import Shape
 
-# Neighbouring pixels say nearly the same: all of an object's pixels weigh as much as so many
-# independent ones.
+# Neighbouring pixels are correlated: the pixels of a blob count as so many independent ones.
 _INDEPENDENT_PIXELS = 6.0
-# Relative standard deviation of an object's seen length and width: it lies in different poses.
+# Relative standard deviation of an object's seen length and width over its poses.
 _SIZE_DEVIATION = 0.3
 
 
-@dataclass(frozen=True)
-class CatalogueObject:
-    """One known object: colour, and the shape it shows from above, m and m^2."""
-
-    name: str
-    colour: tuple[ColourPart, ...]
-    length: float
-    width: float
-    height: float
-    area: float
-
-
-@dataclass(frozen=True)
-class Catalogue:
-    """The objects that are told apart, in the order they are reported."""
-
-    objects: tuple[CatalogueObject, ...]
-
-    def __post_init__(self) -> None:
-        names = [o.name for o in self.objects]
-        if len(set(names)) < len(names):
-            raise ValueError(f'Expected {len(names)} different names, got {len(set(names))}.')
-
-    @cached_property
-    def log_density(self) -> LogDensity:
-        """log p(colour | object) at each colour bin, (objects, bins)."""
-        return np.stack([mixture_log_density(o.colour) for o in self.objects])
-
-    @cached_property
-    def best_log_density(self) -> LogDensity:
-        """Greatest log p(colour | object) over the catalogue at each colour bin, (bins,)."""
-        return np.asarray(self.log_density.max(axis=0), np.float32)
-
-    @cached_property
-    def likeliest(self) -> NDArray[np.intp]:
-        """Which object explains each colour bin best, (bins,)."""
-        return np.asarray(self.log_density.argmax(axis=0))
-
-
-class Match(NamedTuple):
-    """A blob called by a name; probability: against all other things, known or not."""
+class Assignment(NamedTuple):
+    """The blob assigned to an object, and the probability that it is that object."""
 
     blob: int
     probability: float
@@ -81,10 +28,10 @@ class Match(NamedTuple):
 def identity_probability(
     catalogue: Catalogue, bins: Bins, shape: Shape | None = None
 ) -> NDArray[np.float64]:
-    """p(object | pixels), last of something unknown; sums to 1, (objects + 1,).
+    """p(object | pixels), with an unknown object as last element; sums to 1, (objects + 1,).
 
     log p = n mean_i log p(colour_i | object) + log p(size | object), n independent pixels.
-    shape: seen from above; None when part of the blob is hidden, then its size says nothing.
+    shape: None when part of the blob is hidden; its size is then not used.
     """
     if len(bins) == 0:
         raise ValueError('Expected pixels to identify, got 0.')
@@ -98,11 +45,10 @@ def identity_probability(
     return np.asarray(weight / weight.sum())
 
 
-def assign(probability: NDArray[np.float64], least: float) -> dict[int, Match]:
-    """The best one-to-one naming of blobs (Hungarian method): object index -> match.
+def assign(probability: NDArray[np.float64], least: float) -> dict[int, Assignment]:
+    """The optimal one-to-one assignment (Hungarian method), by object index.
 
-    probability: (blobs, objects + 1) as from identity_probability. Pairs below `least` are not
-    made.
+    probability: (blobs, objects + 1) from identity_probability. Pairs below `least` are left out.
     """
     if probability.size == 0 or probability.shape[1] < 2:
         return {}
@@ -110,83 +56,7 @@ def assign(probability: NDArray[np.float64], least: float) -> dict[int, Match]:
     cost = np.where(named >= least, -np.log(np.maximum(named, 1e-12)), 1e3)
     rows, columns = linear_sum_assignment(cost)
     return {
-        int(k): Match(int(b), float(named[b, k]))
+        int(k): Assignment(int(b), float(named[b, k]))
         for b, k in zip(rows, columns, strict=True)
         if named[b, k] >= least
     }
-
-
-def catalogue_entry(
-    name: str, colours: list[NDArray[np.uint8]], shapes: list[Shape], areas: list[float]
-) -> CatalogueObject:
-    """A catalogue entry from what was seen of one object in some frames.
-
-    colours: (N, 3) uint8 RGB pixels of the object, one array a frame.
-    """
-    rgb = np.concatenate(colours)[None]
-    lab = cv2.cvtColor(rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)[0]
-    return CatalogueObject(
-        name,
-        mixture_of(np.asarray(lab, float)),
-        round(float(np.median([s.length for s in shapes])), 4),
-        round(float(np.median([s.width for s in shapes])), 4),
-        round(float(np.median([s.height for s in shapes])), 4),
-        round(float(np.median(areas)), 5),
-    )
-
-
-def load_catalogue(path: Path | None = None) -> Catalogue:
-    """Read a catalogue from YAML; None: the cell's own, from the package's data."""
-    text = (
-        (files('likeme_perception') / 'data' / 'catalogue.yaml').read_text()
-        if path is None
-        else path.read_text()
-    )
-    entries = yaml_mapping(text, path).get('objects')
-    if not isinstance(entries, dict):
-        raise ValueError(
-            f'Expected "objects:" with a name for each in {path}, got {type(entries).__name__}.'
-        )
-    return Catalogue(tuple(_entry_from(str(name), value) for name, value in entries.items()))
-
-
-def _entry_from(name: str, value: Any) -> CatalogueObject:
-    _require(name, {'colour', 'length', 'width', 'height', 'area'}, value)
-    for part in value['colour']:
-        _require(f'colour of {name}', {'weight', 'mean', 'deviation'}, part)
-    parts = tuple(
-        ColourPart(float(p['weight']), tuple(p['mean']), tuple(p['deviation']))
-        for p in value['colour']
-    )
-    size = (float(value[key]) for key in ('length', 'width', 'height', 'area'))
-    return CatalogueObject(name, parts, *size)
-
-
-def _require(name: str, keys: set[str], value: Any) -> None:
-    if not isinstance(value, dict):
-        raise ValueError(f'Expected "key: value" for {name!r}, got {value!r}.')
-    missing = keys - set(value)
-    if missing:
-        raise ValueError(f'Expected {sorted(missing)[0]!r} of {name!r}, got {sorted(value)}.')
-
-
-def catalogue_yaml(catalogue: Catalogue) -> str:
-    """The catalogue as YAML text, as load_catalogue reads it."""
-    objects = {
-        o.name: {
-            'colour': [
-                {
-                    'weight': round(p.weight, 3),
-                    'mean': list(p.mean),
-                    'deviation': list(p.deviation),
-                }
-                for p in o.colour
-            ],
-            'length': o.length,
-            'width': o.width,
-            'height': o.height,
-            'area': o.area,
-        }
-        for o in catalogue.objects
-    }
-    return yaml.safe_dump({'objects': objects}, sort_keys=False, default_flow_style=None)

@@ -1,4 +1,4 @@
-"""Perception on image files, without ROS: what it finds in a picture."""
+"""Command `look`: perception on image files, without ROS."""
 
 from __future__ import annotations
 
@@ -12,20 +12,15 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from likeme_perception.catalogue import Catalogue, catalogue_entry, catalogue_yaml, load_catalogue
 from likeme_perception.config import SIDES, PerceptionConfig, load_config
-from likeme_perception.identification import (
-    Catalogue,
-    catalogue_entry,
-    catalogue_yaml,
-    load_catalogue,
-)
 from likeme_perception.observation import TableObservation
+from likeme_perception.observation_report import json_report, text_report
 from likeme_perception.overlay import draw
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
-from likeme_perception.wording import described, in_words
 
-# Successive looks at one still image are this far apart, ns.
+# Stamps of the repeated frame are this far apart, ns.
 _PERIOD = 100_000_000
 
 
@@ -64,9 +59,9 @@ def read_intrinsics(path: Path | None, shape: tuple[int, ...]) -> Intrinsics:
 
 
 def any_table(hands: bool) -> PerceptionConfig:
-    """Settings for a picture nothing is known of: camera pose and table from the picture itself.
+    """Settings that estimate camera pose and table from the image itself.
 
-    hands: look for them, coming in over any side; that needs a picture of the empty table.
+    hands: detect hands over any side of the table; needs an image of the empty table.
     """
     return PerceptionConfig(
         reference_frame='table',
@@ -85,12 +80,11 @@ def any_table(hands: bool) -> PerceptionConfig:
 
 
 def aligned(background: RgbdFrame, frame: RgbdFrame) -> tuple[RgbdFrame, float]:
-    """The background with its depth in line with a later frame, and how far off it still is.
+    """The background with its depth fitted to a later frame, and the residual deviation, m.
 
-    Stereo cameras drift by some mm between two pictures, and one picture tells nothing of a
-    sensor's noise: both are read from how the two differ where nothing changed. Fits z_frame = a z
-    + b u + c v + d by least squares on the half that agrees best; also returns the robust standard
-    deviation, m.
+    Stereo cameras drift by some mm between two images, and one image does not show the sensor's
+    noise. Fits z_frame = a z + b u + c v + d by least squares to the half of the pixels with the
+    smallest residuals; the deviation is a robust estimate over all.
     """
     rows, columns = np.indices(frame.depth.shape)
     terms = np.stack([background.depth, columns / 640, rows / 640, np.ones_like(frame.depth)], -1)
@@ -114,7 +108,7 @@ def look_at(
     config: PerceptionConfig | None = None,
     catalogue: Catalogue | None = None,
 ) -> tuple[TableObservation, TabletopPerception]:
-    """Perceive one still frame; without a background its own plane decides."""
+    """Run perception on one frame; without a background, the table plane is the background."""
     config = config or any_table(background is not None)
     config = replace(config, background_frames=1)
     if background is not None:
@@ -130,10 +124,10 @@ def look_at(
 def _learned_entry(
     name: str, frame: RgbdFrame, table: TableObservation, p: TabletopPerception
 ) -> str:
-    """A catalogue entry, as YAML, of the largest thing in view."""
-    if not table.things or p.background is None:
-        raise ValueError('Expected one thing on the table to learn, got 0.')
-    pixels, shape = max(table.things, key=lambda thing: len(thing[0]))
+    """A catalogue entry, as YAML, of the largest unknown object in view."""
+    if not table.unknown_objects or p.background is None:
+        raise ValueError('Expected one object on the table to learn, got 0.')
+    pixels, shape = max(table.unknown_objects, key=lambda each: len(each[0]))
     colours: NDArray[np.uint8] = frame.rgb.reshape(-1, 3)[pixels]
     area = float(p.background.view.pixel_area(frame.depth.ravel()[pixels]).sum())
     return catalogue_yaml(Catalogue((catalogue_entry(name, [colours], [shape], [area]),)))
@@ -147,32 +141,28 @@ def look(
     color: Annotated[Path, typer.Argument(help='Colour image.')],
     depth: Annotated[Path, typer.Argument(help='Depth image, 16 bit, mm, registered to colour.')],
     background_color: Annotated[
-        Path | None, typer.Option(help='Colour image of the empty table; with it hands are found.')
+        Path | None, typer.Option(help='Colour image of the empty table, to detect hands.')
     ] = None,
     background_depth: Annotated[
         Path | None, typer.Option(help='Depth image of the empty table.')
     ] = None,
     intrinsics: Annotated[
-        Path | None, typer.Option(help="JSON with fx, fy, cx, cy; without it a Kinect's.")
+        Path | None, typer.Option(help="JSON with fx, fy, cx, cy; default: a Kinect's.")
     ] = None,
     config: Annotated[
         Path | None,
-        typer.Option(help='YAML of settings; without it the table is found in the image.'),
+        typer.Option(help='YAML of settings; default: the table is found in the image.'),
     ] = None,
     catalogue: Annotated[
-        Path | None, typer.Option(help='YAML of known objects; without it all are things.')
+        Path | None, typer.Option(help='YAML of known objects; default: none are known.')
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help='Where to write the image with what was found.')
-    ] = None,
-    as_json: Annotated[
-        bool, typer.Option('--json', help='Print JSON instead of sentences.')
-    ] = False,
+    out: Annotated[Path | None, typer.Option(help='File to write the annotated image to.')] = None,
+    as_json: Annotated[bool, typer.Option('--json', help='Print JSON instead of text.')] = False,
     learn: Annotated[
-        str, typer.Option(help='Print a catalogue entry of this name for the largest thing.')
+        str, typer.Option(help='Print a catalogue entry of this name for the largest object.')
     ] = '',
 ) -> None:
-    """Say what is on the table in a colour and a depth image."""
+    """Detect the objects on a table in a colour and a depth image."""
     try:
         frame = read_frame(color, depth)
         if (background_color is None) != (background_depth is None):
@@ -194,7 +184,7 @@ def look(
         regions = perception.regions if settings is not None else None
         image = draw(frame.rgb, table, perception.background.view, regions)
         cv2.imwrite(str(out), image[:, :, ::-1])
-    typer.echo(json.dumps(described(table), indent=1) if as_json else in_words(table))
+    typer.echo(json.dumps(json_report(table), indent=1) if as_json else text_report(table))
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""Perception's values as ROS messages, and images and camera info as perception's values."""
+"""Conversion between ROS messages and the values of perception."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import FrameDone, ObjectState, TableState
-from likeme_perception.frame_counts import Rate
+from likeme_perception.frame_counts import FrameRate
 from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.overlay import STATE_COLOURS
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, decode_depth, decode_rgb
 
 
 def frame_of(colour: Image, depth: Image) -> RgbdFrame:
-    """The frame in a pair of images, with the depth image's stamp.
+    """The frame of a pair of images, with the depth image's stamp.
 
     Raises:
-        ValueError: an encoding is not known, or sizes do not fit.
+        ValueError: an encoding is not supported, or the sizes differ.
     """
     rgb = decode_rgb(colour.data, colour.encoding, colour.height, colour.width, colour.step)
     metres = decode_depth(
@@ -39,7 +39,7 @@ def frame_of(colour: Image, depth: Image) -> RgbdFrame:
 
 
 def intrinsics_of(info: CameraInfo) -> Intrinsics:
-    """Intrinsics of a rectified camera, from P, or from K where P is not filled in."""
+    """Intrinsics of a rectified camera, from P, or from K if P is not set."""
     k = info.p if info.p[0] > 0 else None
     fx, cx, fy, cy = (
         (k[0], k[2], k[5], k[6]) if k is not None else (info.k[0], info.k[2], info.k[4], info.k[5])
@@ -83,7 +83,7 @@ def object_state(seen: ObjectObservation) -> ObjectState:
 
 
 def demonstration(act: Demonstration, header: Header) -> DemonstrationMsg:
-    """Demonstration with the header of the depth image in which it was found complete."""
+    """Demonstration with the header of the depth image that completed it."""
     return DemonstrationMsg(
         header=header,
         object=act.object,
@@ -100,7 +100,7 @@ def demonstration(act: Demonstration, header: Header) -> DemonstrationMsg:
 
 
 def frame_read(table: TableObservation, header: Header) -> FrameDone:
-    """FrameDone of a frame that was read, after what it led to was published."""
+    """FrameDone of a processed frame, sent after its table state and demonstrations."""
     return FrameDone(
         header=header,
         kind=FrameDone.READ,
@@ -118,16 +118,16 @@ def image_message(rgb: np.ndarray, header: Header) -> Image:
 
 
 def diagnostics_message(
-    rate: Rate, learned: bool, facts: Mapping[str, str], stamp: Time
+    rate: FrameRate, learned: bool, facts: Mapping[str, str], stamp: Time
 ) -> DiagnosticArray:
-    """How perception does, in one sentence and some numbers."""
-    level, sentence = _judgement(rate, learned)
+    """Diagnostics: level, summary and counts."""
+    level, summary = _status(rate, learned)
     values = {'frame rate (Hz)': f'{rate.frames:.1f}', 'background learned': str(learned), **facts}
     name = 'likeme_perception: camera to table state'
-    return diagnostics_msg(name, level, sentence, values, stamp, 'camera')
+    return diagnostics_msg(name, level, summary, values, stamp, 'camera')
 
 
-def _judgement(rate: Rate, learned: bool) -> tuple[bytes, str]:
+def _status(rate: FrameRate, learned: bool) -> tuple[bytes, str]:
     if rate.frames == 0 and rate.drops == 0:
         return DiagnosticStatus.STALE, 'no frames'
     if rate.drops:
@@ -140,7 +140,7 @@ def _judgement(rate: Rate, learned: bool) -> tuple[bytes, str]:
 def table_markers(
     table: TableObservation, reference_frame: str, regions: Regions, stamp: Time
 ) -> MarkerArray:
-    """Work area, blue line, and a sphere and a label for every object that is in view."""
+    """Markers of work area and blue line, and a sphere and a label per visible object."""
     header = Header(frame_id=reference_frame, stamp=stamp)
     area, line = regions.work_area, regions.blue_line_y
     corners = [(float(x), float(y)) for x, y in area.corners()]

@@ -1,4 +1,4 @@
-"""The perception node's parameters: names, defaults, ranges, and the values they stand for."""
+"""Parameters of the perception node, and their conversion to a PerceptionConfig."""
 
 from __future__ import annotations
 
@@ -8,50 +8,65 @@ from typing import Any, NamedTuple
 
 from likeme_core.geometry import Rectangle
 from likeme_core.settings import Setting
+from likeme_perception.catalogue import Catalogue, load_catalogue
 from likeme_perception.config import PerceptionConfig, config_from
-from likeme_perception.identification import Catalogue, load_catalogue
 
 #: Description and limits of the fields of PerceptionConfig, in the order of their declaration.
 _CONFIG: dict[str, tuple[str, tuple[float, float] | None]] = {
     'blue_line_y': ('LEFT is y greater than this, m', (-10.0, 10.0)),
     'fallen_depth': ('a centroid this far below the table top is OFFTABLE, m', (0.005, 1.0)),
-    'min_height': ('least height of a thing over the table, m', (0.002, 0.1)),
-    'height_sigmas': ('the same in standard deviations of the depth noise', (0.0, 20.0)),
-    'cell_size': ('top-view cell that joins pixels to things, m', (0.001, 0.05)),
-    'min_object_area': ('least seen area of a thing, m^2', (1e-5, 0.1)),
-    'max_object_length': ('what is longer is a hand or an arm, m', (0.02, 2.0)),
-    'cut_off_length': ("what the image's edge cuts off and is longer is a limb, m", (0.02, 2.0)),
-    'visible_fraction': ("share of an object's area that must be seen to place it", (0.05, 1.0)),
-    'min_identity': ('least probability to call pixels by a name', (0.0, 1.0)),
-    'centroid_sigma': ("standard deviation of a fully seen object's centroid, m", (1e-4, 0.1)),
-    'rest_radius': ('an object that stays within this is at rest, m', (1e-3, 0.1)),
-    'settle_time': ('for this long, s', (0.0, 10.0)),
-    'absence_time': ('an object that is not seen for this long is OFFTABLE, s', (0.0, 10.0)),
+    'min_height': ('least height of an object above the table, m', (0.002, 0.1)),
+    'height_sigmas': ('least height in standard deviations of the depth noise', (0.0, 20.0)),
+    'cell_size': ('cell of the top-view grid, m', (0.001, 0.05)),
+    'min_object_area': ('least visible area of an object, m^2', (1e-5, 0.1)),
+    'max_object_length': (
+        'greatest length of an object; a longer blob is a hand or an arm, m',
+        (0.02, 2.0),
+    ),
+    'cut_off_length': (
+        "greatest length of an object that the image's border cuts off, m",
+        (0.02, 2.0),
+    ),
+    'visible_fraction': (
+        "least visible share of an object's area to state its position",
+        (0.05, 1.0),
+    ),
+    'min_identity': ('least probability to identify an object', (0.0, 1.0)),
+    'centroid_sigma': (
+        'standard deviation of the centroid of a fully visible object, m',
+        (1e-4, 0.1),
+    ),
+    'rest_radius': ('an object is at rest if it stays within this radius, m', (1e-3, 0.1)),
+    'settle_time': ('time within rest_radius after which an object is at rest, s', (0.0, 10.0)),
+    'absence_time': ('time after which an object that is not seen is OFFTABLE, s', (0.0, 10.0)),
     'intruder_min_area': ('least area of a hand or an arm in view, m^2', (1e-5, 0.1)),
-    'hand_gone_time': ('a hand that is out of view for this long has left, s', (0.0, 10.0)),
+    'hand_gone_time': ('time out of view after which a hand has left, s', (0.0, 10.0)),
     'still_time': (
-        'a hand or arm that is still for this long is background until it moves, s',
+        'time without motion after which a hand or arm becomes background, s',
         (1.0, 3600.0),
     ),
-    'settle_timeout': ('after a hand has left, wait this long for things to rest, s', (0.1, 60.0)),
-    'place_rise': ('rise at which an object is as likely placed as pushed, m', (0.005, 0.5)),
-    'place_rise_scale': ('width of that transition, m', (1e-3, 0.1)),
+    'settle_timeout': (
+        'longest wait for objects to come to rest after a hand has left, s',
+        (0.1, 60.0),
+    ),
+    'place_rise': ('rise at which PLACE and PUSH are equally likely, m', (0.005, 0.5)),
+    'place_rise_scale': ('width of the transition from PUSH to PLACE, m', (1e-3, 0.1)),
     'camera_position': ("position of the camera's optical frame, m; empty: estimated", None),
-    'camera_quaternion': ('its orientation, x y z w', None),
-    'table': ('table top: x_min x_max y_min y_max, m; empty: the plane as far as seen', None),
-    'work_area': ('the part that is LEFT or RIGHT: x_min x_max y_min y_max, m; empty: all', None),
-    'human_sides': ("sides of the table a person's hand comes in over: near far left right", None),
-    'robot_sides': ("sides the robot's arm comes in over", None),
-    'background_frames': ('frames to learn the background from', (1, 1000)),
-    'empty_at_start': ('nothing stands on the table while the background is learned', None),
+    'camera_quaternion': ('orientation of that frame, x y z w', None),
+    'table': ('table top: x_min x_max y_min y_max, m; empty: estimated', None),
+    'work_area': ('area of LEFT and RIGHT: x_min x_max y_min y_max, m; empty: the table', None),
+    'human_sides': ("sides over which a person's hand enters: near far left right", None),
+    'robot_sides': ("sides over which the robot's arm enters", None),
+    'background_frames': ('number of frames to learn the background from', (1, 1000)),
+    'empty_at_start': ('whether the table is empty while the background is learned', None),
     'reference_frame': ('frame of all positions: x forward, y left, z up', None),
 }
-# What an empty list stands for None in.
+# Parameters whose empty list stands for None.
 _OPTIONAL = ('camera_position', 'table', 'work_area')
 
 
 class NodeSettings(NamedTuple):
-    """What the parameters stand for; pairing_tolerance in s."""
+    """The values of all parameters; pairing_tolerance in s."""
 
     config: PerceptionConfig
     catalogue: Catalogue
@@ -59,7 +74,7 @@ class NodeSettings(NamedTuple):
 
 
 def _default(name: str) -> Any:
-    """A parameter's default; rectangles as x_min, x_max, y_min, y_max, None as an empty list."""
+    """A parameter's default; rectangles as 4 numbers, None as an empty list."""
     value = getattr(PerceptionConfig(), name)
     if isinstance(value, Rectangle):
         return [value.x_min, value.x_max, value.y_min, value.y_max]
@@ -72,7 +87,7 @@ SETTINGS: dict[str, Setting] = {
     name: Setting(_default(name), description, limits)
     for name, (description, limits) in _CONFIG.items()
 } | {
-    'catalogue_file': Setting('', "YAML of known objects; empty: the cell's toys"),
+    'catalogue_file': Setting('', 'YAML file of known objects; empty: the toys of the cell'),
     'pairing_tolerance': Setting(
         0.016, 'greatest difference of the stamps of a colour and a depth image, s', (0.0, 1.0)
     ),
@@ -80,10 +95,10 @@ SETTINGS: dict[str, Setting] = {
 
 
 def read_settings(values: Mapping[str, Any]) -> NodeSettings:
-    """Make settings of all parameters' values.
+    """Settings from the values of all parameters.
 
     Raises:
-        ValueError, OSError: a value makes no sense, or the catalogue cannot be read.
+        ValueError, OSError: a value is not valid, or the catalogue cannot be read.
     """
     given = {name: values[name] for name in SETTINGS}
     catalogue_file, tolerance = given.pop('catalogue_file'), given.pop('pairing_tolerance')
@@ -91,7 +106,7 @@ def read_settings(values: Mapping[str, Any]) -> NodeSettings:
         if not isinstance(value, str | int | float):
             given[name] = tuple(value) or (None if name in _OPTIONAL else ())
     config = config_from(given)
-    # Refuses a pose that is none.
+    # Raises ValueError if the pose is not valid.
     config.camera_pose()
     path = Path(catalogue_file).expanduser() if catalogue_file else None
     return NodeSettings(config, load_catalogue(path), tolerance)

@@ -1,26 +1,28 @@
-"""What perception says about one frame, as values."""
+"""Observations: the result of perception for one frame."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from math import nan
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import State
+from likeme_perception.blobs import Index
 from likeme_perception.hand_tip import HandTip
-from likeme_perception.regions import UNIFORM, Probability
-from likeme_perception.segmentation import Index, Shape
+from likeme_perception.state_probability import UNIFORM, Probability
+from likeme_perception.top_view import Shape
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectObservation:
     """One catalogue object in one frame: the fields of likeme_msgs/ObjectState.
 
-    state: None while something covers the object, or before it was seen. shape: last seen, None
-    when never seen. pixels: flat indices in this frame's image.
+    state: None while the object may be hidden and before it was seen. shape: as last seen, None if
+    never seen. pixels: flat indices in this frame's image.
     """
 
     name: str
@@ -35,21 +37,39 @@ class ObjectObservation:
 
     @property
     def state_name(self) -> str:
-        """The state as a constant's name of likeme_msgs/ObjectState."""
+        """Name of the state's constant in likeme_msgs/ObjectState."""
         return 'UNKNOWN' if self.state is None else self.state.name
 
     @property
     def centroid(self) -> tuple[float, float, float]:
-        """Middle of the surface, m; last seen value when not visible, NaN when never seen."""
+        """Centroid of the surface, m; as last seen when not visible, NaN if never seen."""
         return self.shape.centroid if self.shape else (nan, nan, nan)
+
+
+class UnresolvedReason(StrEnum):
+    """Why an act of a hand gave no demonstration."""
+
+    MOVING = 'object still moving'
+    HIDDEN = 'object hidden'
+    INTERRUPTED = 'arm came before object was at rest'
+    HAND_AND_ARM = 'hand and arm in view together'
+
+
+class UnresolvedAct(NamedTuple):
+    """An act of a hand that gave no demonstration; object: None if it is not known."""
+
+    stamp: int
+    object: str | None
+    reason: UnresolvedReason
 
 
 @dataclass(frozen=True, eq=False)
 class TableObservation:
-    """What is where in one frame.
+    """Objects, hand and arm in one frame.
 
-    learned: the background is known; without it nothing is said about objects. things: pixels of
-    what is in no catalogue. demonstrations: acts found complete in this frame.
+    learned: whether the background is known; without it there are no objects. demonstrations,
+    unresolved: acts completed by this frame. hand, arm: pixels, flat indices. unknown_objects:
+    pixels and shape of objects that are not in the catalogue.
     """
 
     stamp: int
@@ -60,30 +80,25 @@ class TableObservation:
     settled: bool = False
     objects: tuple[ObjectObservation, ...] = ()
     demonstrations: tuple[Demonstration, ...] = ()
+    unresolved: tuple[UnresolvedAct, ...] = ()
     hand_tip: HandTip | None = None
     hand: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     arm: Index = field(default_factory=lambda: np.zeros(0, np.intp))
-    things: tuple[tuple[Index, Shape], ...] = ()
+    unknown_objects: tuple[tuple[Index, Shape], ...] = ()
 
     @property
     def snapshot(self) -> TableSnapshot:
-        """The known states alone: what an imitation session takes in."""
+        """The known states, as input of an imitation session."""
         states = {o.name: o.state for o in self.objects if o.state is not None}
         return TableSnapshot(self.stamp, self.frame_id, self.settled, states)
 
     def object(self, name: str) -> ObjectObservation:
-        """The object of that name."""
+        """The object of that name.
+
+        Raises:
+            ValueError: there is none.
+        """
         for found in self.objects:
             if found.name == name:
                 return found
         raise ValueError(f'Expected one of {[o.name for o in self.objects]}, got {name!r}.')
-
-    def masks(self, shape: tuple[int, int]) -> dict[str, NDArray[np.bool_]]:
-        """Image masks (H, W) of 'hand', 'arm' and every visible object by name."""
-        named = {'hand': self.hand, 'arm': self.arm} | {o.name: o.pixels for o in self.objects}
-        result = {}
-        for name, pixels in named.items():
-            mask = np.zeros(shape[0] * shape[1], bool)
-            mask[pixels] = True
-            result[name] = mask.reshape(shape)
-        return result

@@ -1,4 +1,4 @@
-"""What was recognised, drawn into the camera's image."""
+"""Overlay: the observation drawn into the camera's image."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ from numpy.typing import NDArray
 
 from likeme_core.regions import Regions
 from likeme_core.tabletop import State
+from likeme_perception.blobs import Index, mask_of
+from likeme_perception.camera_view import CameraView
 from likeme_perception.observation import ObjectObservation, TableObservation
-from likeme_perception.segmentation import Index, Shape, mask_of
-from likeme_perception.view import TableView
+from likeme_perception.top_view import Shape
 
 ImageB = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 Pixels = NDArray[np.float64]
 
-# Drawn at twice the camera's size: thin lines and small letters stay sharp.
+# Drawn at twice the camera's size, so that thin lines and small letters are legible.
 SCALE = 2
 STATE_COLOURS: dict[State | None, Colour] = {
     State.LEFT: (64, 196, 255),
@@ -29,7 +30,7 @@ STATE_COLOURS: dict[State | None, Colour] = {
 _HAND: Colour = (255, 221, 87)
 _ARM: Colour = (186, 148, 255)
 _WHITE: Colour = (255, 255, 255)
-_INK: Colour = (24, 28, 36)
+_DARK: Colour = (24, 28, 36)
 _FONT = cv2.FONT_HERSHEY_DUPLEX
 # Sub-pixel positions for cv2: coordinates are in 1/16 pixel.
 _SHIFT = 4
@@ -38,11 +39,11 @@ _SHIFT = 4
 def draw(
     rgb: ImageB,
     table: TableObservation,
-    view: TableView,
+    view: CameraView,
     regions: Regions | None = None,
     title: str = '',
 ) -> ImageB:
-    """The image, twice the size, RGB, with work area, line, hand, arm, objects and states."""
+    """The RGB image at twice its size, with regions, hand, arm, objects and their states."""
     size = rgb.shape[1] * SCALE, rgb.shape[0] * SCALE
     large = cv2.resize(np.ascontiguousarray(rgb), size, interpolation=cv2.INTER_CUBIC)
     canvas = np.asarray(large, np.uint8)
@@ -50,8 +51,8 @@ def draw(
         _tint(canvas, pixels, rgb.shape[:2], colour)
     if regions is not None:
         _draw_regions(canvas, view, regions)
-    for pixels, shape in table.things:
-        _draw_thing(canvas, view, pixels, shape, rgb.shape[:2])
+    for pixels, shape in table.unknown_objects:
+        _draw_unknown_object(canvas, view, pixels, shape, rgb.shape[:2])
     for seen in table.objects:
         if seen.visible and seen.shape is not None:
             _draw_object(canvas, view, seen, seen.shape, rgb.shape[:2])
@@ -61,7 +62,7 @@ def draw(
 
 
 def _tint(canvas: ImageB, pixels: Index, shape: tuple[int, ...], colour: Colour) -> None:
-    """Colour some pixels (flat indices of the small image) and draw their outline."""
+    """Tint some pixels (flat indices of the camera's image) and draw their outline."""
     if len(pixels) == 0:
         return
     mask = _large_mask(pixels, shape)
@@ -85,16 +86,16 @@ def _contours(mask: ImageB) -> list[NDArray[np.int32]]:
     return [np.asarray(outline, np.int32) for outline in found]
 
 
-def _pixels_of(view: TableView, points: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Points (N, 2 or 3), m, as cv2 positions on the large image with _SHIFT fractional bits."""
+def _pixels_of(view: CameraView, points: NDArray[np.float64]) -> NDArray[np.int32]:
+    """Points (N, 2 or 3), m, as fixed-point positions (_SHIFT bits) on the large image."""
     if points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points))])
     pixel = (view.project(points) + 0.5) * SCALE - 0.5
     return cast(NDArray[np.int32], np.rint(np.clip(pixel, -4e3, 4e3) * 2**_SHIFT).astype(np.int32))
 
 
-def _draw_regions(canvas: ImageB, view: TableView, regions: Regions) -> None:
-    """The work area's edge, the blue line and the names of its halves."""
+def _draw_regions(canvas: ImageB, view: CameraView, regions: Regions) -> None:
+    """Draw the edge of the work area, the blue line and the names of both halves."""
     area = regions.work_area
     corners = _pixels_of(view, area.corners())
     _polyline(canvas, corners, _WHITE, 2, closed=True)
@@ -121,18 +122,18 @@ def _draw_regions(canvas: ImageB, view: TableView, regions: Regions) -> None:
 def _polyline(
     canvas: ImageB, points: NDArray[np.int32], colour: Colour, width: int, closed: bool = False
 ) -> None:
-    for ink, extra in ((_INK, 2), (colour, 0)):
-        cv2.polylines(canvas, [points], closed, ink, width + extra, cv2.LINE_AA, _SHIFT)
+    for stroke, extra in ((_DARK, 2), (colour, 0)):
+        cv2.polylines(canvas, [points], closed, stroke, width + extra, cv2.LINE_AA, _SHIFT)
 
 
 def _draw_object(
-    canvas: ImageB, view: TableView, seen: ObjectObservation, shape: Shape, size: tuple[int, ...]
+    canvas: ImageB, view: CameraView, seen: ObjectObservation, shape: Shape, size: tuple[int, ...]
 ) -> None:
-    """Outline, major axis, centroid, and a label with name, state and its probability."""
+    """Draw outline, major axis, centroid, and a label with name, state and probability."""
     colour = STATE_COLOURS[seen.state]
     mask = _large_mask(seen.pixels, size)
     contours = _contours(mask)
-    cv2.drawContours(canvas, contours, -1, _INK, 5, cv2.LINE_AA)
+    cv2.drawContours(canvas, contours, -1, _DARK, 5, cv2.LINE_AA)
     cv2.drawContours(canvas, contours, -1, colour, 3 if seen.settled else 2, cv2.LINE_AA)
     _draw_axis(canvas, view, shape, colour)
     label = f'{seen.name}  {seen.state_name}'
@@ -140,53 +141,55 @@ def _draw_object(
         label += f' {100 * max(seen.state_probability):.0f}%'
     top = min((int(c[:, 0, 1].min()) for c in contours), default=40)
     middle = _pixels_of(view, np.array([shape.centroid]))[0] >> _SHIFT
-    _pill(canvas, label, (int(middle[0]), top - 22), colour)
+    _label(canvas, label, (int(middle[0]), top - 22), colour)
 
 
-def _draw_axis(canvas: ImageB, view: TableView, shape: Shape, colour: Colour) -> None:
+def _draw_axis(canvas: ImageB, view: CameraView, shape: Shape, colour: Colour) -> None:
     along = np.array([np.cos(shape.yaw), np.sin(shape.yaw), 0.0]) * shape.length / 2
     middle = np.array(shape.centroid)
     ends = _pixels_of(view, np.stack([middle - along, middle + along, middle]))
     _polyline(canvas, ends[:2], colour, 2)
-    for radius, ink in ((6, _INK), (4, _WHITE)):
+    for radius, fill in ((6, _DARK), (4, _WHITE)):
         cv2.circle(
-            canvas, tuple(map(int, ends[2])), radius << _SHIFT, ink, -1, cv2.LINE_AA, _SHIFT
+            canvas, tuple(map(int, ends[2])), radius << _SHIFT, fill, -1, cv2.LINE_AA, _SHIFT
         )
 
 
-def _draw_thing(
-    canvas: ImageB, view: TableView, pixels: Index, shape: Shape, size: tuple[int, ...]
+def _draw_unknown_object(
+    canvas: ImageB, view: CameraView, pixels: Index, shape: Shape, size: tuple[int, ...]
 ) -> None:
-    """Something in no catalogue."""
+    """Draw an object that is not in the catalogue."""
     colour = (120, 230, 140)
     contours = _contours(_large_mask(pixels, size))
-    cv2.drawContours(canvas, contours, -1, _INK, 4, cv2.LINE_AA)
+    cv2.drawContours(canvas, contours, -1, _DARK, 4, cv2.LINE_AA)
     cv2.drawContours(canvas, contours, -1, colour, 2, cv2.LINE_AA)
     _draw_axis(canvas, view, shape, colour)
     middle = _pixels_of(view, np.array([shape.centroid]))[0] >> _SHIFT
-    _text(canvas, 'thing', (int(middle[0]), int(middle[1]) - 14), 0.5, colour, centred=True)
+    _text(
+        canvas, 'unknown object', (int(middle[0]), int(middle[1]) - 14), 0.5, colour, centred=True
+    )
 
 
 def _draw_unseen(canvas: ImageB, table: TableObservation) -> None:
-    """Objects out of sight, listed in the lower left corner."""
+    """List the objects that are not visible in the lower left corner."""
     unseen = [o for o in table.objects if not o.visible]
     for k, o in enumerate(reversed(unseen)):
         label = f'{o.name}  {"covered" if o.state is None else o.state.name}, not in view'
         width = cv2.getTextSize(label, _FONT, 0.6, 1)[0][0]
-        _pill(
+        _label(
             canvas, label, (width // 2 + 26, canvas.shape[0] - 32 - 40 * k), STATE_COLOURS[o.state]
         )
 
 
 def _draw_title(canvas: ImageB, table: TableObservation, title: str) -> None:
-    """Title and what is in view, upper left."""
+    """Draw the title, and whether hand or arm are in view, upper left."""
     if title:
         _text(canvas, title, (22, 44), 1.0, _WHITE)
-    words = [w for w, there in (('hand', table.hand_in_view), ('arm', table.arm_in_view)) if there]
-    status = ' and '.join(words) + ' in view' if words else 'settled' if table.settled else ''
+    limbs = [n for n, seen in (('hand', table.hand_in_view), ('arm', table.arm_in_view)) if seen]
+    status = ' and '.join(limbs) + ' in view' if limbs else 'settled' if table.settled else ''
     if status:
         _text(
-            canvas, status, (22, 80 if title else 44), 0.65, _HAND if 'hand' in words else _WHITE
+            canvas, status, (22, 80 if title else 44), 0.65, _HAND if 'hand' in limbs else _WHITE
         )
 
 
@@ -198,21 +201,21 @@ def _text(
     colour: Colour,
     centred: bool = False,
 ) -> None:
-    """Letters with a dark rim, legible on any ground."""
+    """Draw text with a dark outline, legible on any background."""
     (width, height), _ = cv2.getTextSize(text, _FONT, size, 1)
     spot = (at[0] - width // 2, at[1] + height // 2) if centred else at
-    cv2.putText(canvas, text, spot, _FONT, size, _INK, 4, cv2.LINE_AA)
+    cv2.putText(canvas, text, spot, _FONT, size, _DARK, 4, cv2.LINE_AA)
     cv2.putText(canvas, text, spot, _FONT, size, colour, 1, cv2.LINE_AA)
 
 
-def _pill(canvas: ImageB, text: str, middle: tuple[int, int], colour: Colour) -> None:
-    """A rounded dark label with a coloured rim, kept inside the image."""
+def _label(canvas: ImageB, text: str, middle: tuple[int, int], colour: Colour) -> None:
+    """Draw a dark rounded label with a coloured border, moved inside the image."""
     (width, height), _ = cv2.getTextSize(text, _FONT, 0.6, 1)
     half, radius = width // 2 + 4, height // 2 + 8
     x = int(np.clip(middle[0], half + radius + 2, canvas.shape[1] - half - radius - 3))
     y = int(np.clip(middle[1], radius + 2, canvas.shape[0] - radius - 3))
-    for grow, ink in ((2, colour), (0, _INK)):
-        cv2.line(canvas, (x - half, y), (x + half, y), ink, 2 * (radius + grow), cv2.LINE_AA)
+    for border, fill in ((2, colour), (0, _DARK)):
+        cv2.line(canvas, (x - half, y), (x + half, y), fill, 2 * (radius + border), cv2.LINE_AA)
     cv2.putText(
         canvas, text, (x - width // 2, y + height // 2), _FONT, 0.6, colour, 1, cv2.LINE_AA
     )

@@ -161,6 +161,9 @@ class PerceptionNode(Node):
                 f'Seen: {act.object} from {act.x_i.name} to {act.x_f.name} by '
                 f'{act.manner.name.lower()} ({act.manner_probability:.2f}).'
             )
+        for unresolved in table.unresolved:
+            of = f' on {unresolved.object}' if unresolved.object else ''
+            self.get_logger().warning(f'Act{of} not understood: {unresolved.reason}.')
         self._publish_pictures(table, frame, depth)
 
     def _publish_pictures(self, table: TableObservation, frame: RgbdFrame, depth: Image) -> None:

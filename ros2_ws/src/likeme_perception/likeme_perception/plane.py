@@ -1,4 +1,4 @@
-"""The table plane: RANSAC to find it, least squares to measure it."""
+"""Plane fitting: RANSAC and least squares."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""RGB-D frames as values: decoding of raw image buffers, intrinsics, and the depth noise model."""
+"""RGB-D frames: decoding of image buffers, camera intrinsics, depth noise model."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _COLOUR_CHANNELS = {'rgb8': 3, 'bgr8': 3, 'rgba8': 4, 'bgra8': 4}
 
 @dataclass(frozen=True)
 class Intrinsics:
-    """A pinhole camera without distortion (the images are rectified), pixels."""
+    """Pinhole model of a rectified camera, pixels."""
 
     fx: float
     fy: float
@@ -43,7 +43,7 @@ class Intrinsics:
 
 @dataclass(frozen=True)
 class RgbdFrame:
-    """One registered pair of colour and depth, both rectified and of the same size.
+    """A registered pair of a colour and a depth image, rectified and of the same size.
 
     stamp: ns. rgb: (H, W, 3) uint8. depth: (H, W) float32 along the optical axis, m, NaN = no
     reading.

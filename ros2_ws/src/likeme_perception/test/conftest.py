@@ -1,4 +1,4 @@
-"""A small studio for synthetic frames: a table, a floor, balls, boxes and forearms, ray-cast."""
+"""Ray-cast synthetic frames of a table with balls and forearms."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from likeme_perception.colour import ColourPart
+from likeme_perception.camera_view import CameraView
+from likeme_perception.catalogue import Catalogue, CatalogueObject
+from likeme_perception.colour import ColourComponent
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import Catalogue, CatalogueObject
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
-from likeme_perception.view import TableView
 
 TABLE, FLOOR = (196, 164, 122), (110, 112, 116)
 YELLOW, GREEN, SKIN = (235, 205, 30), (90, 150, 40), (222, 170, 140)
@@ -40,8 +40,8 @@ class Limb:
 
 
 @dataclass
-class Studio:
-    """Draws frames of a table for the cell's camera at a quarter of its pixels."""
+class FrameRenderer:
+    """Renders frames of a table for the cell's camera at a quarter of its pixels."""
 
     intrinsics: Intrinsics = field(
         default_factory=lambda: Intrinsics(262.5, 262.5, 159.5, 119.5, 320, 240)
@@ -55,7 +55,7 @@ class Studio:
     def __post_init__(self) -> None:
         pose = self.config.camera_pose()
         assert pose is not None
-        self.view = TableView(self.intrinsics, pose)
+        self.view = CameraView(self.intrinsics, pose)
         self._rng = np.random.default_rng(7)
         self._directions = self.view.directions.astype(np.float64)
         self._origin = pose[:3, 3]
@@ -114,14 +114,14 @@ class Studio:
 
 def ball_entry(name: str, mean: tuple[float, float, float], radius: float) -> CatalogueObject:
     """A catalogue entry of a ball."""
-    part = ColourPart(1.0, mean, (8.0, 4.0, 6.0))
+    part = ColourComponent(1.0, mean, (8.0, 4.0, 6.0))
     return CatalogueObject(name, (part,), 2 * radius, 2 * radius, 2 * radius, np.pi * radius**2)
 
 
 @pytest.fixture
-def studio() -> Studio:
+def renderer() -> FrameRenderer:
     """An empty table under the cell's camera."""
-    return Studio()
+    return FrameRenderer()
 
 
 @pytest.fixture
@@ -137,7 +137,7 @@ def catalogue() -> Catalogue:
 
 @pytest.fixture
 def lemon() -> type[Ball]:
-    """Makes a yellow ball that lies at (x, y)."""
+    """Factory of a yellow ball that lies at (x, y)."""
 
     def make(x: float, y: float, z: float = 0.03) -> Ball:
         return Ball((x, y, z), 0.03, YELLOW)
@@ -147,7 +147,7 @@ def lemon() -> type[Ball]:
 
 @pytest.fixture
 def pear() -> type[Ball]:
-    """Makes a green ball that lies at (x, y)."""
+    """Factory of a green ball that lies at (x, y)."""
 
     def make(x: float, y: float, z: float = 0.03) -> Ball:
         return Ball((x, y, z), 0.03, GREEN)
@@ -157,7 +157,7 @@ def pear() -> type[Ball]:
 
 @pytest.fixture
 def forearm() -> type[Limb]:
-    """Makes a forearm that reaches in from the far side to (x, y, z)."""
+    """Factory of a forearm from the far side to (x, y, z)."""
 
     def make(x: float, y: float, z: float) -> Limb:
         return Limb((x, y, z), (1.1, y, z + 0.25))
@@ -167,7 +167,7 @@ def forearm() -> type[Limb]:
 
 @pytest.fixture
 def robot_arm() -> type[Limb]:
-    """Makes an arm that reaches in from the robot's side to (x, y, z)."""
+    """Factory of an arm from the robot's side to (x, y, z)."""
 
     def make(x: float, y: float, z: float) -> Limb:
         return Limb((x, y, z), (0.0, 0.0, 0.30), colour=(230, 230, 235))

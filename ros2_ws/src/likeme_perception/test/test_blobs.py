@@ -1,4 +1,4 @@
-"""Blobs: regions of a mask, measured together as each would be alone, and what a hand's are."""
+"""Blobs, and the colour model that separates a hand from objects."""
 
 from __future__ import annotations
 
@@ -6,20 +6,15 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
+from likeme_perception.blobs import blobs_of, image_components, merged, rows_and_columns
+from likeme_perception.catalogue import Catalogue
 from likeme_perception.colour import colour_bins
-from likeme_perception.identification import Catalogue
-from likeme_perception.intruder_colour import IntruderColour
-from likeme_perception.segmentation import (
-    blobs_of,
-    image_components,
-    merged,
-    rows_and_columns,
-)
+from likeme_perception.hand_arm_colour import HandArmColour
 
 SKIN, YELLOW = (222, 170, 140), (235, 205, 30)
 
 
-def test_regions_are_those_of_another_labelling_largest_first() -> None:
+def test_components_equal_those_of_scipy_largest_first() -> None:
     rng = np.random.default_rng(3)
     noise = cv2.GaussianBlur(rng.normal(size=(120, 160)).astype(np.float32), (0, 0), 2)
     mask = (noise > 0.1).astype(np.uint8)
@@ -33,7 +28,7 @@ def test_regions_are_those_of_another_labelling_largest_first() -> None:
     assert {r.tobytes() for r in found} == {r.tobytes() for r in expected if len(r) >= 12}
 
 
-def test_an_empty_mask_has_no_regions() -> None:
+def test_an_empty_mask_has_no_components() -> None:
     assert image_components(np.zeros((20, 30), np.uint8)) == []
     assert len(merged([]).pixels) == 0
 
@@ -44,12 +39,12 @@ def test_rows_and_columns_are_those_of_divmod() -> None:
         np.testing.assert_array_equal(found, expected)
 
 
-def test_blobs_measured_together_are_those_measured_alone(studio, lemon, pear) -> None:
-    frame = studio.frame(lemon(0.4, 0.1), pear(0.5, -0.2))
+def test_several_blobs_equal_those_computed_one_by_one(renderer, lemon, pear) -> None:
+    frame = renderer.frame(lemon(0.4, 0.1), pear(0.5, -0.2))
     regions = [np.arange(900, 1900), np.arange(40_000, 40_013), np.arange(30_000, 33_000, 5)]
-    together = blobs_of(regions, frame, studio.view)
+    together = blobs_of(regions, frame, renderer.view)
     for region, blob in zip(regions, together, strict=True):
-        (alone,) = blobs_of([region], frame, studio.view)
+        (alone,) = blobs_of([region], frame, renderer.view)
         assert blob.area == alone.area
         for name in ('pixels', 'points', 'bins', 'xyz'):
             np.testing.assert_array_equal(getattr(blob, name), getattr(alone, name))
@@ -58,26 +53,26 @@ def test_blobs_measured_together_are_those_measured_alone(studio, lemon, pear) -
         np.testing.assert_array_equal(blob.xyz.T, blob.points)
 
 
-def test_a_thing_in_a_hand_is_told_by_its_colour(catalogue: Catalogue) -> None:
+def test_an_object_in_a_hand_is_separated_by_its_colour(catalogue: Catalogue) -> None:
     rgb = np.full((40, 60, 3), SKIN, np.uint8)
     rgb[10:30, 20:40] = YELLOW
     pixels = np.arange(rgb.shape[0] * rgb.shape[1])
     bins = colour_bins(rgb, pixels)
-    hand = IntruderColour(catalogue.best_log_density)
+    hand = HandArmColour(catalogue.best_log_density)
     hand.learn(bins)
-    thing = hand.things_among(pixels, bins, rgb.shape[1]).reshape(40, 60)
+    thing = hand.object_pixels(pixels, bins, rgb.shape[1]).reshape(40, 60)
     assert thing[13:27, 23:37].all()
     assert not thing[:7].any()
     assert not thing[:, :17].any()
-    assert not IntruderColour(None).things_among(pixels, bins, rgb.shape[1]).any()
+    assert not HandArmColour(None).object_pixels(pixels, bins, rgb.shape[1]).any()
 
 
-def test_a_loose_finger_is_the_hands_and_a_lemon_is_not(catalogue: Catalogue) -> None:
+def test_a_separate_finger_is_part_of_the_hand_and_a_lemon_is_not(catalogue: Catalogue) -> None:
     finger, lemon = (
         colour_bins(np.full((1, 400, 3), colour, np.uint8), np.arange(400))
         for colour in (SKIN, YELLOW)
     )
-    hand = IntruderColour(catalogue.best_log_density)
+    hand = HandArmColour(catalogue.best_log_density)
     assert not hand.explains(finger)
     hand.learn(finger)
     assert hand.explains(finger)

@@ -1,23 +1,23 @@
-"""Frames counted for those who look after perception."""
+"""Statistics of frames."""
 
 from __future__ import annotations
 
 import pytest
 
-from likeme_perception.frame_counts import FrameCounts, Rate, Throttle
+from likeme_perception.frame_counts import FrameCounts, FrameRate, Throttle
 
 
-def test_rates_are_since_the_last_question() -> None:
+def test_rates_are_since_the_previous_call() -> None:
     counts = FrameCounts(now=10.0)
     for _ in range(30):
         counts.read(work=0.010, latency=0.020)
     counts.drop('size', 'Too small.', now=10.5)
-    assert counts.rate(now=12.0) == Rate(15.0, 1)
-    assert counts.rate(now=13.0) == Rate(0.0, 0)
-    assert counts.judged == 31
+    assert counts.rate(now=12.0) == FrameRate(15.0, 1)
+    assert counts.rate(now=13.0) == FrameRate(0.0, 0)
+    assert counts.received == 31
 
 
-def test_drops_are_told_at_most_once_in_a_while() -> None:
+def test_drops_are_logged_at_most_every_5_s() -> None:
     counts = FrameCounts(now=0.0)
     assert counts.drop('size', 'Too small.', 1.0) == (
         'Frame dropped (size): Too small. 1 dropped so far.'
@@ -30,7 +30,7 @@ def test_drops_are_told_at_most_once_in_a_while() -> None:
     assert described == {'dropped: encoding': '1', 'dropped: size': '2'}
 
 
-def test_times_are_described_by_median_and_tail() -> None:
+def test_latencies_are_reported_as_median_and_99th_percentile() -> None:
     counts = FrameCounts(now=0.0)
     for k in range(101):
         counts.read(work=0.001 * k, latency=0.002 * k)
@@ -41,7 +41,7 @@ def test_times_are_described_by_median_and_tail() -> None:
 
 
 @pytest.mark.parametrize(('stamp', 'due'), [(1.19, False), (1.21, True), (0.5, True)])
-def test_a_throttle_counts_in_stamps_and_follows_a_new_start(stamp: float, due: bool) -> None:
+def test_a_throttle_uses_stamps_and_restarts_when_they_go_back(stamp: float, due: bool) -> None:
     throttle = Throttle(period=0.2)
     assert throttle.due(1_000_000_000)
     assert throttle.due(round(stamp * 1e9)) is due

@@ -1,34 +1,32 @@
-"""Naming blobs by colour and size."""
+"""Identification by colour and size, and the catalogue."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
+from likeme_perception.catalogue import Catalogue, load_catalogue
 from likeme_perception.colour import (
     BINS,
-    OnlineColour,
+    ColourHistogram,
     bins_of_lab,
     colour_bins,
     mixture_log_density,
     mixture_of,
 )
-from likeme_perception.identification import (
-    Catalogue,
-    assign,
-    identity_probability,
-    load_catalogue,
-)
-from likeme_perception.segmentation import Shape
+from likeme_perception.identification import assign, identity_probability
+from likeme_perception.top_view import Shape
 
 
-def test_the_cells_toys_are_in_the_catalogue() -> None:
+def test_the_toys_of_the_cell_are_in_the_catalogue() -> None:
     assert {o.name for o in load_catalogue().objects} == {'pear', 'lemon', 'chicken'}
 
 
 @pytest.mark.parametrize('name', ['pear', 'lemon', 'chicken'])
-def test_pixels_drawn_from_an_objects_model_are_named_after_it(name: str) -> None:
+def test_pixels_sampled_from_an_objects_model_are_identified(name: str) -> None:
     known = load_catalogue()
     k = [o.name for o in known.objects].index(name)
     rng = np.random.default_rng(0)
@@ -45,10 +43,8 @@ def test_a_colour_in_no_catalogue_is_unknown() -> None:
     assert identity_probability(load_catalogue(), bins)[-1] > 0.9
 
 
-def test_size_tells_equal_colours_apart() -> None:
+def test_objects_of_equal_colour_are_identified_by_size() -> None:
     lemon = next(o for o in load_catalogue().objects if o.name == 'lemon')
-    from dataclasses import replace
-
     both = Catalogue((lemon, replace(lemon, name='melon', length=0.16, width=0.14)))
     lab = np.tile(np.array(lemon.colour[0].mean) * (2.55, 1, 1) + (0, 128, 128), (100, 1))
     bins = bins_of_lab(lab.astype(np.uint8))
@@ -57,7 +53,7 @@ def test_size_tells_equal_colours_apart() -> None:
     assert identity_probability(both, bins)[0] == pytest.approx(0.5, abs=0.01)
 
 
-def test_assignment_is_the_best_overall_and_gated() -> None:
+def test_the_assignment_is_globally_optimal_and_gated() -> None:
     table = np.array([[0.6, 0.35, 0.05], [0.55, 0.05, 0.4], [0.1, 0.1, 0.8]])
     matches = assign(table, least=0.3)
     assert {k: m.blob for k, m in matches.items()} == {0: 1, 1: 0}
@@ -65,7 +61,7 @@ def test_assignment_is_the_best_overall_and_gated() -> None:
     assert assign(np.zeros((0, 3)), 0.3) == {}
 
 
-def test_a_mixture_is_learned_and_prefers_its_own_colours() -> None:
+def test_a_fitted_mixture_is_denser_at_its_own_colours() -> None:
     rng = np.random.default_rng(1)
     lab = np.concatenate(
         [rng.normal((60, 20, 40), 2, (300, 3)), rng.normal((40, -30, 10), 2, (300, 3))]
@@ -79,21 +75,21 @@ def test_a_mixture_is_learned_and_prefers_its_own_colours() -> None:
         mixture_of(lab[:5])
 
 
-def test_an_online_colour_learns_what_it_is_shown_and_forgets() -> None:
-    colour = OnlineColour(keep=0.5)
+def test_a_colour_histogram_learns_and_forgets() -> None:
+    colour = ColourHistogram(keep=0.5)
     assert not colour.known
     skin = colour_bins(np.full((1, 400, 3), (222, 170, 140), np.uint8), np.arange(400))
     glove = colour_bins(np.full((1, 400, 3), (180, 20, 40), np.uint8), np.arange(400))
     for _ in range(3):
-        colour.show(skin)
+        colour.update(skin)
     assert colour.known
     assert colour.log_density[skin[0]] > colour.log_density[glove[0]] + 3
     for _ in range(12):
-        colour.show(glove)
+        colour.update(glove)
     assert colour.log_density[glove[0]] > colour.log_density[skin[0]] + 2
 
 
-def test_catalogues_that_make_no_sense_are_refused(tmp_path) -> None:
+def test_invalid_catalogues_are_refused(tmp_path) -> None:
     path = tmp_path / 'bad.yaml'
     path.write_text('objects: {pear: {length: 0.1}}')
     with pytest.raises(ValueError, match="Expected 'area' of 'pear'"):
@@ -119,7 +115,7 @@ def test_catalogues_that_make_no_sense_are_refused(tmp_path) -> None:
         Catalogue((lemon, lemon))
 
 
-def test_opencv_lab_is_what_the_bins_mean() -> None:
+def test_colour_bins_use_the_8_bit_lab_of_opencv() -> None:
     rgb = np.array([[[154, 186, 52]]], np.uint8)
     lab = cv2.cvtColor(rgb, cv2.COLOR_RGB2LAB)[0]
     assert bins_of_lab(lab)[0] == colour_bins(rgb, np.array([0]))[0]

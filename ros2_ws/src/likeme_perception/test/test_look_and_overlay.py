@@ -1,4 +1,4 @@
-"""Pictures in, pictures out."""
+"""The command `look`, and the overlay."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from likeme_perception.blobs import mask_of
 from likeme_perception.look import app, look_at, read_frame, read_intrinsics
 from likeme_perception.overlay import draw
 
@@ -31,14 +32,16 @@ def save(frame, folder: Path, name: str) -> list[str]:
 
 @pytest.fixture
 def intrinsics_file(tmp_path: Path) -> str:
-    """The studio camera's intrinsics."""
+    """The renderer's intrinsics."""
     path = tmp_path / 'intrinsics.json'
     path.write_text(json.dumps({'fx': 262.5, 'fy': 262.5, 'cx': 159.5, 'cy': 119.5}))
     return str(path)
 
 
-def test_a_thing_on_an_unknown_table_is_found(studio, lemon, tmp_path, intrinsics_file) -> None:
-    images = save(studio.frame(lemon(0.44, -0.02)), tmp_path, 'one')
+def test_an_unknown_object_on_an_unknown_table_is_found(
+    renderer, lemon, tmp_path, intrinsics_file
+) -> None:
+    images = save(renderer.frame(lemon(0.44, -0.02)), tmp_path, 'one')
     out = tmp_path / 'out.png'
     done = CliRunner().invoke(
         app, [*images, '--intrinsics', intrinsics_file, '--out', str(out), '--json']
@@ -50,32 +53,32 @@ def test_a_thing_on_an_unknown_table_is_found(studio, lemon, tmp_path, intrinsic
     assert cv2.imread(str(out)).shape == (480, 640, 3)
 
 
-def test_a_hand_is_found_against_a_picture_of_the_empty_table(
-    studio, forearm, tmp_path, intrinsics_file
+def test_a_hand_is_found_with_an_image_of_the_empty_table(
+    renderer, forearm, tmp_path, intrinsics_file
 ) -> None:
-    empty = save(studio.frame(), tmp_path, 'empty')
-    images = save(studio.frame(forearm(0.5, 0.0, 0.08)), tmp_path, 'hand')
+    empty = save(renderer.frame(), tmp_path, 'empty')
+    images = save(renderer.frame(forearm(0.5, 0.0, 0.08)), tmp_path, 'hand')
     options = ['--background-color', empty[0], '--background-depth', empty[1], '--json']
     done = CliRunner().invoke(app, [*images, *options, '--intrinsics', intrinsics_file])
     assert done.exit_code == 0, done.output
     assert json.loads(done.output)['hand_in_view']
 
 
-def test_an_entry_for_the_catalogue_is_printed(studio, lemon, tmp_path, intrinsics_file) -> None:
-    images = save(studio.frame(lemon(0.44, -0.02)), tmp_path, 'one')
+def test_an_entry_for_the_catalogue_is_printed(renderer, lemon, tmp_path, intrinsics_file) -> None:
+    images = save(renderer.frame(lemon(0.44, -0.02)), tmp_path, 'one')
     done = CliRunner().invoke(app, [*images, '--intrinsics', intrinsics_file, '--learn', 'banana'])
     assert done.output.startswith('objects:\n  banana:')
 
 
-def test_a_missing_file_is_one_line(tmp_path) -> None:
+def test_a_missing_file_is_reported_in_one_line(tmp_path) -> None:
     done = CliRunner().invoke(app, [str(tmp_path / 'no.png'), str(tmp_path / 'no2.png')])
     assert done.exit_code == 1
     assert 'look: Expected an image' in done.output
 
 
-def test_states_hand_and_arm_are_drawn(studio, catalogue, lemon, forearm) -> None:
-    perception = studio.perception(catalogue)
-    frame = studio.frame(lemon(0.45, 0.15), forearm(0.5, -0.1, 0.1))
+def test_states_hand_and_arm_are_drawn(renderer, catalogue, lemon, forearm) -> None:
+    perception = renderer.perception(catalogue)
+    frame = renderer.frame(lemon(0.45, 0.15), forearm(0.5, -0.1, 0.1))
     seen = perception.process(frame)
     image = draw(frame.rgb, seen, perception.background.view, perception.regions, 'before')
     assert image.shape == (480, 640, 3)
@@ -86,7 +89,7 @@ def test_states_hand_and_arm_are_drawn(studio, catalogue, lemon, forearm) -> Non
 
 
 @needs_real_frames
-def test_real_things_on_a_desk_are_segmented() -> None:
+def test_real_objects_on_a_desk_are_segmented() -> None:
     camera = read_intrinsics(SHARED / 'mosd' / 'intrinsics.json', (480, 640))
     ious = []
     for color in sorted((SHARED / 'mosd').glob('*_color.png'))[:8]:
@@ -113,4 +116,4 @@ def test_a_real_gloved_hand_is_found(name: str) -> None:
     red = cv2.morphologyEx(red.astype(np.uint8), cv2.MORPH_OPEN, np.ones((9, 9)))
     _, labels, stats, _ = cv2.connectedComponentsWithStats(red)
     glove = labels == 1 + np.argmax(stats[1:, cv2.CC_STAT_AREA])
-    assert table.masks(frame.depth.shape)['hand'][glove].mean() > 0.75
+    assert mask_of(table.hand, frame.depth.shape)[glove].mean() > 0.75

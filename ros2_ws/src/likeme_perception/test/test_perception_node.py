@@ -1,4 +1,4 @@
-"""The node on its own ROS domain: images in, table state out, bad input counted."""
+"""The node on its own ROS domain: table state, bad input, parameters, signals."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ COLOUR, DEPTH = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_re
 
 
 def info_of(frame: RgbdFrame) -> CameraInfo:
-    """The studio camera's intrinsics."""
+    """The renderer's intrinsics."""
     height, width = frame.depth.shape
     info = CameraInfo(height=height, width=width)
     info.k = [262.5, 0.0, 159.5, 0.0, 262.5, 119.5, 0.0, 0.0, 1.0]
@@ -49,7 +49,7 @@ def image_of(frame: RgbdFrame, pixels: np.ndarray, encoding: str) -> Image:
 
 
 class Rig:
-    """The node, and a probe that plays the camera and listens."""
+    """The node, and a second node that publishes images and subscribes to the results."""
 
     def __init__(self) -> None:
         frames = Parameter('background_frames', value=5)
@@ -93,16 +93,16 @@ class Rig:
     def send(
         self, frame: RgbdFrame, encoding: str = 'rgb8', depth: np.ndarray | None = None
     ) -> None:
-        """Send one frame and wait until the node has judged it."""
+        """Send one frame and wait until the node has counted it."""
         mm = np.nan_to_num(frame.depth * 1000).astype(np.uint16) if depth is None else depth
-        before = self.judged
+        before = self.counted
         for topic, pixels, kind in ((COLOUR, frame.rgb, encoding), (DEPTH, mm, '16UC1')):
             self._send[topic].publish(image_of(frame, pixels, kind))
-        self.until(lambda: self.judged > before, 'a judgement of the frame')
+        self.until(lambda: self.counted > before, 'the count of the frame')
 
     @property
-    def judged(self) -> int:
-        return self.node.counts.judged
+    def counted(self) -> int:
+        return self.node.counts.received
 
     def dropped(self) -> dict[str, int]:
         return dict(self.node.counts.drops)
@@ -120,10 +120,10 @@ def rig() -> Iterator[Rig]:
         rclpy.try_shutdown()
 
 
-def test_table_state_follows_the_depth_images_header(rig: Rig, studio) -> None:
-    rig.info(studio.frame())
+def test_table_state_has_the_header_of_the_depth_image(rig: Rig, renderer) -> None:
+    rig.info(renderer.frame())
     for _ in range(8):
-        frame = studio.frame()
+        frame = renderer.frame()
         rig.send(frame)
     rig.until(lambda: len(rig.states) >= 2, 'a table state')
     state = rig.states[-1]
@@ -133,7 +133,7 @@ def test_table_state_follows_the_depth_images_header(rig: Rig, studio) -> None:
     assert {o.state for o in state.objects} == {ObjectState.UNKNOWN} or {
         o.state for o in state.objects
     } == {ObjectState.OFFTABLE}
-    assert len(rig.states) <= 4, 'nothing may be said before the background is known'
+    assert len(rig.states) <= 4, 'no table state before the background is known'
     rig.until(lambda: bool(rig.markers), 'markers')
     rig.until(lambda: any(_level(d) == 0 for d in rig.diagnostics), 'diagnostics that are OK')
 
@@ -142,19 +142,19 @@ def _level(message: DiagnosticArray) -> int:
     return int.from_bytes(message.status[0].level, 'little')
 
 
-def test_bad_input_is_dropped_and_counted(rig: Rig, studio) -> None:
-    rig.send(studio.frame())
+def test_bad_input_is_dropped_and_counted(rig: Rig, renderer) -> None:
+    rig.send(renderer.frame())
     assert rig.dropped() == {'no camera_info': 1}
-    rig.info(studio.frame())
-    rig.send(studio.frame(), encoding='mono8')
-    frame = studio.frame()
+    rig.info(renderer.frame())
+    rig.send(renderer.frame(), encoding='mono8')
+    frame = renderer.frame()
     rig.send(frame, depth=np.ones((8, 8), np.uint16))
-    rig.send(studio.frame(), depth=np.zeros(frame.depth.shape, np.uint16))
+    rig.send(renderer.frame(), depth=np.zeros(frame.depth.shape, np.uint16))
     rig.send(frame)
     assert rig.dropped() == {
         'no camera_info': 1, 'encoding': 1, 'size': 1, 'no depth': 1, 'older than the last': 1,
     }  # fmt: skip
-    rig.send(studio.frame())
+    rig.send(renderer.frame())
     rig.until(lambda: any('dropped: size' in _keys(d) for d in rig.diagnostics), 'the count')
 
 
@@ -162,14 +162,14 @@ def _keys(message: DiagnosticArray) -> set[str]:
     return {value.key for value in message.status[0].values}
 
 
-def test_a_simulation_that_starts_anew_is_followed(rig: Rig, studio) -> None:
-    rig.info(studio.frame())
-    studio.stamp = 60_000_000_000
+def test_stamps_that_go_back_restart_tracking(rig: Rig, renderer) -> None:
+    rig.info(renderer.frame())
+    renderer.stamp = 60_000_000_000
     for _ in range(7):
-        rig.send(studio.frame())
-    studio.stamp = 0
+        rig.send(renderer.frame())
+    renderer.stamp = 0
     for _ in range(4):
-        rig.send(studio.frame())
+        rig.send(renderer.frame())
     assert rig.dropped() == {'older than the last': 1}
     rig.until(lambda: bool(rig.states) and rig.states[-1].header.stamp.sec < 50, 'a state again')
 
@@ -201,7 +201,7 @@ def start_node(domain: int, *arguments: str) -> subprocess.Popen[str]:
 
 
 @pytest.mark.parametrize('argument', ['catalogue_file:=/nowhere.yaml', 'min_height:=7.0'])
-def test_a_bad_start_says_why(argument: str) -> None:
+def test_bad_parameters_at_the_start_are_one_sentence(argument: str) -> None:
     with domain_id() as domain:
         node = start_node(domain, '-p', argument)
         out, _ = node.communicate(timeout=30)
@@ -211,7 +211,7 @@ def test_a_bad_start_says_why(argument: str) -> None:
 
 
 class Camera:
-    """Plays a camera to a node process, and hears what it says."""
+    """Publishes images to a node process and collects its messages."""
 
     def __init__(self, domain: int) -> None:
         self.context = rclpy.Context()
@@ -220,18 +220,18 @@ class Camera:
         self._colour = self.node.create_publisher(Image, COLOUR, 5)
         self._depth = self.node.create_publisher(Image, DEPTH, 5)
         self._info = self.node.create_publisher(CameraInfo, 'camera/rgb/camera_info', 5)
-        self.heard: list[object] = []
+        self.received: list[object] = []
         for kind, topic in ((TableState, 'table_state'), (DiagnosticArray, '/diagnostics')):
-            self.node.create_subscription(kind, topic, self.heard.append, 10)
+            self.node.create_subscription(kind, topic, self.received.append, 10)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
 
     def states(self) -> int:
-        """How many table states were heard."""
-        return sum(isinstance(message, TableState) for message in self.heard)
+        """Number of table states received."""
+        return sum(isinstance(message, TableState) for message in self.received)
 
     def show(self, frame: RgbdFrame) -> None:
-        """Send one frame and look whether anything was answered."""
+        """Send one frame and spin once."""
         self._info.publish(info_of(frame))
         self._colour.publish(image_of(frame, frame.rgb, 'rgb8'))
         mm = np.nan_to_num(frame.depth * 1000).astype(np.uint16)
@@ -246,22 +246,22 @@ class Camera:
 
 @pytest.mark.parametrize('at_work', [False, True])
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_it_silently(studio, number: int, at_work: bool) -> None:
+def test_a_signal_ends_the_node_without_output(renderer, number: int, at_work: bool) -> None:
     with domain_id() as domain:
         node, camera = start_node(domain, '-p', 'background_frames:=2'), Camera(domain)
         end = time.monotonic() + 30
         try:
-            while time.monotonic() < end and not (camera.states() if at_work else camera.heard):
-                camera.show(studio.frame()) if at_work else camera.executor.spin_once(0.1)
-            assert camera.heard
+            while time.monotonic() < end and not (camera.states() if at_work else camera.received):
+                camera.show(renderer.frame()) if at_work else camera.executor.spin_once(0.1)
+            assert camera.received
             node.send_signal(number)
             while at_work and node.poll() is None and time.monotonic() < end:
-                camera.show(studio.frame())
+                camera.show(renderer.frame())
             out, _ = node.communicate(timeout=5)
         finally:
             node.kill()
             camera.close()
     assert node.returncode == 0, out
-    # Images may be discovered before camera_info is: that is said, and no part of the ending.
+    # Images may be discovered before camera_info: that warning is not part of the shutdown.
     usual = ('Background learned', 'no camera_info has come yet')
     assert [line for line in out.splitlines() if not any(word in line for word in usual)] == []

@@ -1,4 +1,4 @@
-"""Decoding of raw images and the frame as a value."""
+"""Decoding of images, and RGB-D frames."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_bigendian_and_padded_rows_are_read_alike() -> None:
     np.testing.assert_allclose(depth, METRES, rtol=1e-6)
 
 
-def test_float_depth_keeps_its_values_and_loses_what_is_no_distance() -> None:
+def test_float_depth_keeps_positive_finite_values_only() -> None:
     raw = np.array([[1.0, np.inf, -1.0], [0.0, np.nan, 2.0]], np.float32)
     depth = decode_depth(raw.tobytes(), '32FC1', 2, 3)
     np.testing.assert_array_equal(depth, [[1.0, np.nan, np.nan], [np.nan, np.nan, 2.0]])
@@ -50,7 +50,7 @@ def test_colour_comes_out_as_rgb(encoding: str, channels: int) -> None:
     assert rgb[0, 0].tolist() == [1, 2, 3]
 
 
-def test_wrong_encodings_and_sizes_are_refused_with_both_numbers() -> None:
+def test_wrong_encodings_and_sizes_are_refused() -> None:
     with pytest.raises(ValueError, match="16UC1 or 32FC1, got '8UC1'"):
         decode_depth(MM.tobytes(), '8UC1', 2, 3)
     with pytest.raises(ValueError, match="rgb8 or bgr8, got 'mono8'"):
@@ -63,7 +63,7 @@ def test_wrong_encodings_and_sizes_are_refused_with_both_numbers() -> None:
         RgbdFrame(0, '', np.zeros((4, 6, 3), np.uint8), METRES)
 
 
-def test_a_frame_without_a_reading_says_so() -> None:
+def test_a_frame_without_readings_has_no_depth() -> None:
     rgb = np.zeros((2, 3, 3), np.uint8)
     assert RgbdFrame(0, '', rgb, METRES).has_depth
     assert not RgbdFrame(0, '', rgb, np.full((2, 3), np.nan, np.float32)).has_depth
@@ -79,10 +79,10 @@ def test_deprojection_follows_the_pinhole_model_and_caches_its_rays() -> None:
         deproject(np.ones((3, 3), np.float32), camera)
 
 
-def test_noise_is_the_published_kinect_figure() -> None:
+def test_depth_noise_is_the_published_value_of_a_kinect() -> None:
     assert depth_sigma(np.float32([1.4]))[0] == pytest.approx(0.0012 + 0.0019)
 
 
-def test_intrinsics_refuse_a_lens_without_focal_length() -> None:
+def test_intrinsics_without_focal_length_are_refused() -> None:
     with pytest.raises(ValueError, match='focal lengths above 0, got 0'):
         Intrinsics(0.0, 0.0, 0.0, 0.0, 640, 480)

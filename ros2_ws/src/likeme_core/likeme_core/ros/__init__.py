@@ -1,1 +1,1 @@
-"""What every node needs of ROS."""
+"""ROS code that every node needs."""

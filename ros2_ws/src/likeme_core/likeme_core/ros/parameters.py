@@ -1,4 +1,4 @@
-"""Declaring a node's parameters from its table of settings."""
+"""Declaration of a node's parameters from its table of settings."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from likeme_core.settings import Setting
 
 
 def descriptor(setting: Setting) -> ParameterDescriptor:
-    """Description, range and type rules of a parameter."""
+    """Descriptor of a parameter: description, range, whether its type may change."""
     described = ParameterDescriptor(description=setting.description, read_only=setting.read_only)
-    # An empty list has no element type, and whole numbers make a list of another type.
+    # An empty list has no element type, and lists of integers and of floats differ in type.
     described.dynamic_typing = isinstance(setting.default, list)
     if setting.limits is None:
         return described
@@ -24,7 +24,7 @@ def descriptor(setting: Setting) -> ParameterDescriptor:
         span = IntegerRange(from_value=int(least), to_value=int(greatest), step=1)
         described.integer_range = [span]
     else:
-        # A whole number would be sent as the bits of an integer.
+        # An int would be serialised as the bits of an integer.
         floats = FloatingPointRange(from_value=float(least), to_value=float(greatest))
         described.floating_point_range = [floats]
     return described
@@ -39,6 +39,6 @@ def declare(node: Node, settings: Mapping[str, Setting]) -> None:
 def values(
     node: Node, settings: Mapping[str, Setting], changes: Iterable[Parameter] = ()
 ) -> dict[str, Any]:
-    """All values by name, as they would be after some changes."""
+    """All values by name, as they are, or would be after some changes."""
     now = {name: node.get_parameter(name).value for name in settings}
     return now | {change.name: change.value for change in changes if change.name in settings}

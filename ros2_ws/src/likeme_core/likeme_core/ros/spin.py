@@ -1,4 +1,4 @@
-"""Running a node until SIGINT or SIGTERM, and ending it without a traceback."""
+"""Run a node until SIGINT or SIGTERM and shut it down without a traceback."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-#: s at most until a signal is noticed.
+#: Longest time until a signal is noticed, s.
 SIGNAL_PERIOD = 0.2
 
 
@@ -22,19 +22,19 @@ def run_node(
     args: Sequence[str] | None = None,
     start_errors: tuple[type[Exception], ...] = (ValueError, TypeError, OSError),
 ) -> int:
-    """Run a node until SIGINT or SIGTERM; the exit code of its process.
+    """Run a node until SIGINT or SIGTERM; the exit code for its process.
 
-    rclpy's own signal handlers shut the context down under whatever is publishing. Here a signal
-    is only noted: the callback comes to its end, then node and context are shut down. The handlers
-    are installed even where SIGINT was inherited as ignored, as by a script's `&`.
+    rclpy's signal handlers shut the context down while callbacks may still publish. These handlers
+    only set a flag: the running callback ends first, then node and context are shut down. They are
+    also installed if SIGINT was inherited as ignored, as from a shell script's `&`.
 
     Args:
-        name: of the node, for the sentence that says why it does not start.
-        create: makes the node. A node with a method `stop` has it called before the executor
-            ends, so that callbacks that wait for its threads can answer.
-        args: ROS arguments; the process's own when None.
-        start_errors: what `create` may raise for bad parameters, beside ParameterException: one
-            sentence and exit code 1.
+        name: of the node, for the error message if it does not start.
+        create: makes the node. If the node has a method `stop`, it is called before the executor
+            is shut down, so that callbacks that wait for its threads can answer.
+        args: ROS arguments; None: those of the process.
+        start_errors: exceptions of `create` that mean bad parameters, in addition to
+            ParameterException: one sentence and exit code 1.
     """
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -42,9 +42,10 @@ def run_node(
     rclpy.init(
         args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO
     )
+    errors: tuple[type[Exception], ...] = (*start_errors, ParameterException)
     try:
         node = create()
-    except (*start_errors, ParameterException) as error:
+    except errors as error:
         rclpy.try_shutdown()
         print(f'{name} does not start: {error}', file=sys.stderr)  # noqa: T201
         return 1

@@ -1,4 +1,4 @@
-"""Between builtin_interfaces/Time and stamps in ns."""
+"""Conversion between builtin_interfaces/Time and stamps in ns; clocks."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from likeme_core.stamps import SECOND
 
 
 def stamp_ns(stamp: Time) -> int:
-    """Nanoseconds of a message's time."""
+    """The stamp of a message, ns."""
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
 def time_msg(nanoseconds: int) -> Time:
-    """Message of a time in nanoseconds."""
+    """The message of a stamp in nanoseconds."""
     sec, nanosec = divmod(nanoseconds, SECOND)
     return Time(sec=sec, nanosec=nanosec)
 
 
 def steady_clock() -> Clock:
-    """A clock for timers that must run while /clock stands still."""
+    """A clock for timers that must also run while /clock does not advance."""
     return Clock(clock_type=ClockType.STEADY_TIME)

@@ -32,7 +32,7 @@ from likeme_experiments.ros.gaze_mentor_node import (
     MentorNode,
     mentor,
 )
-from likeme_gaze.mentor.settings import Blindfold
+from likeme_gaze.mentor.settings import BlindfoldExperience
 
 #: s after SIGINT before SIGKILL.
 SHUTDOWN_TIMEOUT = 10.0
@@ -73,9 +73,9 @@ def main(
 
     Exit code 0: all trials were answered. 1: one was not, or there is no gaze node. 2: usage.
     """
-    groups = [experience] if experience else [Blindfold.NONE]
+    groups = [experience] if experience else [BlindfoldExperience.NONE]
     if blindfold and not experience:
-        groups = [Blindfold.NONE, Blindfold.OPAQUE]
+        groups = [BlindfoldExperience.NONE, BlindfoldExperience.OPAQUE]
     wanted = {'mentor_blindfolded': blindfold, 'use_distance': distance}
     # A unique name: another gaze node on this domain is not mistaken for this one.
     name = f'{GAZE_NODE}_{os.getpid()}' if start else GAZE_NODE

@@ -31,7 +31,6 @@ from likeme_experiments.learning.store_location import default_place, open_store
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError
-from likeme_inference.experience.sighting import CellGoneError, TrialVoidError
 from likeme_inference.experience.store import ExperienceStore
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)

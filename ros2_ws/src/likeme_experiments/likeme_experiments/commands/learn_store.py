@@ -16,7 +16,7 @@ from likeme_experiments.learning.store_location import default_place, is_sqlite,
 from likeme_experiments.learning.summary import document, table
 from likeme_inference.experience import trial_file
 from likeme_inference.experience.database import StoreError
-from likeme_inference.experience.model_view import robot_model
+from likeme_inference.experience.model_from_trials import robot_model
 from likeme_inference.experience.store import ExperienceStore, Recorded
 from likeme_inference.tabletop import model_file
 

@@ -15,12 +15,12 @@ from likeme_gaze.beliefs import Gaussian
 from likeme_gaze.blindfold import (
     EXECUTIONS,
     TRIALS,
-    Blindfold,
+    WornBlindfold,
     infant,
-    shown,
+    mentor_turns,
     trial_prior,
 )
-from likeme_gaze.blindfold_detection import eyes_covered
+from likeme_gaze.blindfold_detection import blindfold_probability
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.simulation import SimulationSetup, blindfolded_experience
 
@@ -36,11 +36,13 @@ def blindfold_probabilities(seed: int, agent: int, points: int = DETECTION_POINT
     Second axis: mentors with open eyes, and mentors under an opaque blindfold.
     """
     rng, scene = np.random.default_rng([seed, STREAM, agent]), SimulationSetup()
-    model = infant(rng, Blindfold.OPAQUE, points=points)
+    model = infant(rng, WornBlindfold.OPAQUE, points=points)
     sides = rng.permutation([1.0, -1.0] * (TRIALS // 2))
-    mentors = np.stack([shown(rng, sides, scene), _unseeing(rng, scene)], axis=1)
+    mentors = np.stack([mentor_turns(rng, sides, scene), _unseeing(rng, scene)], axis=1)
     prior = Gaussian(*(np.stack([part, part]) for part in trial_prior(scene)))
-    return np.array([eyes_covered(model, prior, mentors[: k + 1]) for k in range(EXECUTIONS)])
+    return np.array(
+        [blindfold_probability(model, prior, mentors[: k + 1]) for k in range(EXECUTIONS)]
+    )
 
 
 def detection_correct(probabilities: FloatArray) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from likeme_gaze.blindfold import (
     FIGURE_GROUPS,
     OLDER_GROUPS,
     THRESHOLDS,
-    Group,
+    InfantGroup,
     infant,
     scores,
     turns,
@@ -35,7 +35,7 @@ class GroupScore(NamedTuple):
     agents: int
 
 
-def group_turns(seed: int, group: Group, agents: int, first: int = 0) -> FloatArray:
+def group_turns(seed: int, group: InfantGroup, agents: int, first: int = 0) -> FloatArray:
     """Every agent's turns towards the target, rad (agents, trials).
 
     Agent k depends on seed, group and k alone.

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_inference.tabletop.active_exploration import help_rate, information_gain
 from likeme_inference.tabletop.arrays import FloatArray, IntArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.domain import TABLETOP
-from likeme_inference.tabletop.exploration import help_rate, information_gain
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
+from likeme_inference.tabletop.shared_prior import START, fit_weights, shared_prior
 from likeme_inference.tabletop.transition_model import maximum_likelihood
 
 #: Trials after which the help rate is taken; 36 pairs matter.
@@ -64,7 +64,7 @@ def exploration(
         if policy is ExplorationPolicy.INFORMATION_GAIN:
             anew = trial % (2 * REFIT) == 0
             if trial % REFIT == 0:
-                weights = fitted(counts, weights)
+                weights = fit_weights(counts, weights)
             alpha = counts + shared_prior(counts, weights)
             if anew or touched is None:
                 gain = information_gain(alpha, rng)
@@ -84,7 +84,7 @@ def exploration(
 
 
 def _rates(counts: FloatArray, world: FloatArray) -> list[FloatArray]:
-    shared = shared_prior(counts, fitted(counts, rounds=3))
+    shared = shared_prior(counts, fit_weights(counts, rounds=3))
     return [
         help_rate(maximum_likelihood(counts + prior), world)
         for prior in (0.0, CONCENTRATION, shared)

@@ -14,7 +14,7 @@ from scipy.interpolate import RectBivariateSpline
 from likeme_gaze.beliefs import Gaussian, known, mahalanobis
 from likeme_gaze.chain import HeadModel, chain
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.gaussian_processes import GaussianProcesses
+from likeme_gaze.gp.gaussian_processes import GaussianProcesses
 
 #: Knots of the splines through a Gaussian process's mean and variance, along each of two inputs.
 KNOTS = 41

@@ -15,7 +15,7 @@ from likeme_gaze import Gaussian, Pose2, SimulationSetup
 from likeme_gaze.beliefs import mahalanobis
 from likeme_gaze.blindfold import THRESHOLDS, TURN
 from likeme_gaze.mentor.head_pose import CM_PER_M
-from likeme_gaze.mentor.sentences import turned
+from likeme_gaze.mentor.log_messages import neck_direction
 from likeme_gaze.simulation import DEGREE, aim, execute
 
 #: Least turn that counts as following, rad: the paper's threshold.

@@ -8,7 +8,7 @@ import numpy as np
 
 from likeme_experiments.evaluation.demonstrations import CHANGES
 from likeme_inference.tabletop.arrays import FloatArray
-from likeme_inference.tabletop.policy import explore, explored_policy
+from likeme_inference.tabletop.goal_exploration import explore, explored_policy
 from likeme_inference.tabletop.robot_model import RobotModel
 
 STEPS = (0.01, 0.05, 0.2)

@@ -16,8 +16,8 @@ from likeme_experiments.evaluation.forecast import DemonstrationCase
 from likeme_experiments.learning.cell_perception import CellPerception
 from likeme_experiments.learning.trial_cell import BODY_SEED
 from likeme_perception.background import Background
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 
 #: Physics steps between frames during a human action: 12 Hz, as in the shipped recordings.
 STEPS_PER_FRAME = 20

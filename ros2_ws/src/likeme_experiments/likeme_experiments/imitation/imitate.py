@@ -11,7 +11,7 @@ from likeme_experiments.evaluation.episode import ImitationResult
 from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, Estimate
 from likeme_experiments.imitation.imitation_cell import ImitationCell
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import Settings
+from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.values import Decision, Outcome, Remark, Reply
@@ -20,7 +20,7 @@ from likeme_inference.tabletop.values import Decision, Outcome, Remark, Reply
 def settings_of(mode: Mode, estimate: Estimate) -> Settings:
     """Sequential mode asks when no action is left, the others by the paper's threshold."""
     threshold = 0.0 if mode is Mode.SEQUENTIAL else THRESHOLD
-    return Settings(
+    return ImitationSettings(
         mode, threshold, BUDGET, concentration=estimate.concentration,
         shared_prior=estimate.shared, turn_delay=0.0,
     )  # fmt: skip

@@ -7,7 +7,12 @@ from enum import StrEnum
 
 from likeme_core.tabletop import Action, State
 from likeme_inference.experience.campaign import Campaign
-from likeme_inference.experience.policy import InformationGain, Policy, Random, Systematic
+from likeme_inference.experience.exploration_policy import (
+    ExplorationPolicy,
+    InformationGain,
+    Random,
+    Systematic,
+)
 
 
 class PolicyName(StrEnum):

@@ -13,8 +13,8 @@ from likeme_arm_sim.cell import Cell
 from likeme_core.regions import Regions
 from likeme_core.tabletop import State
 from likeme_perception.background import Background
+from likeme_perception.catalogue import Catalogue
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import Catalogue
 from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres

@@ -18,8 +18,8 @@ from likeme_experiments.learning.trial_cell import TrialFailedError
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError
-from likeme_inference.experience.model_view import model_of_rows, rows_of
-from likeme_inference.experience.store import ExperienceStore, Tally
+from likeme_inference.experience.model_from_trials import model_of_rows, rows_of
+from likeme_inference.experience.store import EndStateCount, ExperienceStore
 from likeme_inference.tabletop.robot_model import RobotModel
 
 #: As `learn.sh --offline` does by default.
@@ -77,6 +77,6 @@ def _tallies(campaign: Campaign, store: ExperienceStore) -> list[Tally]:
     )
     order = campaign.objects.index
     return [
-        Tally(campaign.robot, campaign.name, pair, x_f, ends[pair, x_f])
+        EndStateCount(campaign.robot, campaign.name, pair, x_f, ends[pair, x_f])
         for pair, x_f in sorted(ends, key=lambda end: (order(end[0].object), end))
     ]

@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from likeme_core.tabletop import Action, State
-from likeme_inference.experience.store import Tally
+from likeme_inference.experience.store import EndStateCount
 from likeme_inference.experience.trial import Pair
 
 
@@ -21,7 +21,7 @@ def ends(tallies: Sequence[Tally]) -> dict[Pair, tuple[int, ...]]:
     return {pair: tuple(found) for pair, found in sorted(counts.items())}
 
 
-def document(place: str, tallies: Sequence[Tally]) -> dict[str, Any]:
+def document(place: str, tallies: Sequence[EndStateCount]) -> dict[str, Any]:
     """A JSON document: totals, sources, and the counts of every pair."""
     sources: dict[tuple[str, str], int] = defaultdict(int)
     for tally in tallies:
@@ -41,7 +41,7 @@ def document(place: str, tallies: Sequence[Tally]) -> dict[str, Any]:
     }
 
 
-def table(place: str, tallies: Sequence[Tally]) -> Table:
+def table(place: str, tallies: Sequence[EndStateCount]) -> Table:
     """One row for each object and x_i: LEFT/RIGHT/OFFTABLE of every action."""
     about = document(place, tallies)
     sources = '; '.join(

@@ -14,8 +14,8 @@ from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_experiments.learning.cell_perception import CellPerception
 from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.trial import COUNTED, Place, Trial, TrialKey
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.identification import load_catalogue
 from likeme_perception.observation import ObjectObservation
 
 #: Seed of what is the same in all trials: the sensor's fixed pattern and the background.

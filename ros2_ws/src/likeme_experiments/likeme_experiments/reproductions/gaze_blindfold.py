@@ -61,7 +61,7 @@ def figure_6(options: ReproductionOptions) -> ReproductionReport:
     return ReproductionReport(document, _table(document), figure)
 
 
-def all_turns(group: Group, seeds: range, workers: int) -> NDArray[np.float64]:
+def all_turns(group: InfantGroup, seeds: range, workers: int) -> NDArray[np.float64]:
     """Turns of AGENTS agents for every seed, rad (agents, trials)."""
     with ProcessPoolExecutor(workers) as pool:
         return np.concatenate(list(pool.map(group_turns, seeds, repeat(group), repeat(AGENTS))))
@@ -84,7 +84,7 @@ def detected_by_movements(seeds: range, workers: int) -> dict[str, Any]:
     }
 
 
-def _entry(group: Group, turned: NDArray[np.float64]) -> dict[str, Any]:
+def _entry(group: InfantGroup, turned: NDArray[np.float64]) -> dict[str, Any]:
     return {
         'name': group.name,
         'experience': group.experience.value,

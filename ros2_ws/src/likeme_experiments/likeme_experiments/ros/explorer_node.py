@@ -15,15 +15,15 @@ from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_core.stamps import SECOND
 from likeme_core.tabletop import State
-from likeme_inference import messages
-from likeme_inference.experience.sighting import (
+from likeme_experiments.learning.trial_observation import (
     CellGoneError,
-    SeenObject,
-    Sighting,
+    ObservedObject,
+    ObservedTable,
     TrialVoidError,
-    counted,
-    seen_in,
+    require_counted_motion,
+    state_and_place,
 )
+from likeme_inference import messages
 from likeme_inference.experience.trial import Place, Trial, TrialKey
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
@@ -199,10 +199,10 @@ class ExplorerNode(Node):
 def read_sighting(message: TableState) -> Sighting:
     """The part of a table state that a trial needs."""
     objects = {item.name: _seen(item) for item in message.objects}
-    return Sighting(stamp_ns(message.header.stamp), message.settled, objects)
+    return ObservedTable(stamp_ns(message.header.stamp), message.settled, objects)
 
 
-def _seen(item: ObjectState) -> SeenObject:
+def _seen(item: ObjectState) -> ObservedObject:
     state = State(item.state) if item.state in set(State) else None
     where = item.centroid.x, item.centroid.y, item.major_axis_yaw
-    return SeenObject(state, Place(*where) if item.visible else None)
+    return ObservedObject(state, Place(*where) if item.visible else None)

@@ -210,7 +210,7 @@ def mentor(domain: int, gaze_node: str, alive: Callable[[], None]) -> Iterator[M
     alive: raises once the gaze node is known to have ended.
     """
     rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    with noted_interrupt() as check:
+    with deferred_interrupt() as check:
 
         def between_spins() -> None:
             check()

@@ -13,7 +13,6 @@ from likeme_experiments.learning.managed_cell import ManagedCell
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_experiments.ros.explorer_node import ExplorerNode
 from likeme_inference.experience.campaign import Progress
-from likeme_inference.experience.sighting import CellGoneError, TrialVoidError
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial, TrialKey
 
@@ -86,7 +85,7 @@ def explorer(domain: int) -> Iterator[ExplorerNode]:
     """An explorer on a ROS domain; Ctrl-C raises KeyboardInterrupt between two spins."""
     context = Context()
     context.init(domain_id=domain)
-    with noted_interrupt() as check:
+    with deferred_interrupt() as check:
         node = ExplorerNode(context, check)
         try:
             yield node

@@ -1,5 +1,5 @@
-"""A mentor's head as messages bring it (SI units, frames, stamps), made ready for gaze following.
+"""From head poses in messages (SI units, frames, stamps) to the gaze model (cm, one plane).
 
-The gaze model speaks cm and one parent frame; everything is converted here, once, and what cannot
-be used is refused here, with one sentence and a reason to count it by.
+Units and frames are converted here alone. Inputs that cannot be used are rejected here, with one
+sentence and a reason under which they are counted.
 """

@@ -1,4 +1,4 @@
-"""A head pose in space, m, to a pose in the plane of the gaze model, cm, in the robot's frame."""
+"""Projection of head poses (3D, m) to the plane of the gaze model (cm, robot's frame)."""
 
 from __future__ import annotations
 
@@ -8,24 +8,26 @@ from typing import NamedTuple
 
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.checks import FloatArray
-from likeme_gaze.mentor.refusals import RefusedError
+from likeme_gaze.mentor.rejections import RejectedInputError
 
-#: The gaze model counts in cm.
+#: The gaze model uses cm.
 CM_PER_M = 100.0
-#: How far a quaternion's length may be from 1 to be normalised; beyond it is no rotation.
-LENGTH_TOLERANCE = 0.01
-#: A line of sight whose level part is shorter than this (84 degrees up or down) has no heading.
-LEAST_LEVEL = 0.1
+#: Largest coordinate or distance that is accepted, m; far greater ones overflow in the model.
+MAX_POSITION = 1e4
+#: Largest deviation of a quaternion's norm from 1 that is normalised; beyond it, it is rejected.
+NORM_TOLERANCE = 0.01
+#: Least horizontal part of a unit line of sight for a defined heading (84 degrees up or down).
+MIN_HORIZONTAL = 0.1
 
 
 class HeadPose(NamedTuple):
-    """A head in space.
+    """A head pose in 3D.
 
     Attributes:
         stamp: ns.
-        frame: name of the frame the rest is in; x forward, y left, z up.
+        frame: frame_id of position and orientation; x forward, y left, z up.
         position: x, y, z in m.
-        orientation: quaternion x, y, z, w; the head looks along its x axis.
+        orientation: quaternion x, y, z, w; the line of sight is the x axis.
     """
 
     stamp: int
@@ -35,12 +37,12 @@ class HeadPose(NamedTuple):
 
 
 class Frames(NamedTuple):
-    """The frames head poses may come in.
+    """The frames that head poses may be given in.
 
     Attributes:
-        base: name of the robot's frame.
-        mentor: name of the mentor's.
-        mentor_pose: where the mentor's is in the robot's, cm and rad.
+        base: frame_id of the robot.
+        mentor: frame_id of the mentor.
+        mentor_pose: pose of the mentor's frame in the robot's, cm and rad.
     """
 
     base: str
@@ -48,8 +50,8 @@ class Frames(NamedTuple):
     mentor_pose: Pose2
 
 
-class Planar(NamedTuple):
-    """A head in the plane.
+class PlanarHead(NamedTuple):
+    """A head pose in the plane.
 
     Attributes:
         pose: in the robot's frame, cm and rad.
@@ -60,74 +62,80 @@ class Planar(NamedTuple):
     height: float
 
 
-def planar(head: HeadPose, frames: Frames) -> Planar:
-    """The head as the gaze model sees it.
+def project_to_plane(head: HeadPose, frames: Frames) -> PlanarHead:
+    """The head pose in the plane of the gaze model.
 
     Raises:
-        RefusedError: a frame that is not known, numbers that are not finite, an orientation that
-            is no rotation or looks straight up or down.
+        RejectedInputError: an unknown frame, values out of range, a quaternion that is not
+            of unit norm, or a line of sight straight up or down.
     """
     if head.frame not in (frames.base, frames.mentor):
-        raise RefusedError(
+        raise RejectedInputError(
             'unknown frame',
             f'Expected a head pose in {frames.base} or {frames.mentor}, got {head.frame!r}.',
         )
     if not all(map(math.isfinite, head.position)):
-        raise RefusedError(
+        raise RejectedInputError(
             'not finite', f'Expected a position of finite numbers, got {_written(head.position)}.'
+        )
+    if max(map(abs, head.position)) > MAX_POSITION:
+        raise RejectedInputError(
+            'position',
+            f'Expected a position within {MAX_POSITION:g} m, got {_written(head.position)}.',
         )
     x, y, height = head.position
     pose = Pose2(x * CM_PER_M, y * CM_PER_M, heading(head.orientation))
-    return Planar(pose if head.frame == frames.base else _moved(frames.mentor_pose, pose), height)
+    return PlanarHead(
+        pose if head.frame == frames.base else _to_parent(frames.mentor_pose, pose), height
+    )
 
 
 def heading(orientation: tuple[float, float, float, float]) -> float:
-    """Where the x axis of a rotation points in the plane, rad, counter-clockwise.
+    """Heading of a rotation's x axis in the plane, rad, counter-clockwise.
 
     Raises:
-        RefusedError: not finite, not of length 1, or the axis stands upright.
+        RejectedInputError: not finite, not of unit norm, or a vertical x axis.
     """
     if not all(map(math.isfinite, orientation)):
-        raise RefusedError(
+        raise RejectedInputError(
             'not finite',
             f'Expected an orientation of finite numbers, got {_written(orientation)}.',
         )
     length = math.hypot(*orientation)
-    if abs(length - 1) > LENGTH_TOLERANCE:
-        raise RefusedError(
+    if abs(length - 1) > NORM_TOLERANCE:
+        raise RejectedInputError(
             'quaternion',
-            f'Expected a quaternion of length 1 within {LENGTH_TOLERANCE:g}, got {length:.4g}.',
+            f'Expected a quaternion of norm 1 within {NORM_TOLERANCE:g}, got {length:.4g}.',
         )
     x, y, z, w = (part / length for part in orientation)
     forward, left = 1 - 2 * (y * y + z * z), 2 * (x * y + w * z)
-    if math.hypot(forward, left) < LEAST_LEVEL:
-        raise RefusedError(
+    if math.hypot(forward, left) < MIN_HORIZONTAL:
+        raise RejectedInputError(
             'no heading',
-            'Expected a head that looks level enough to have a heading, got one that looks '
-            'straight up or down.',
+            'Expected a line of sight with a heading, got one that points straight up or down.',
         )
     return math.atan2(left, forward)
 
 
 def in_cm(pose: Sequence[float]) -> Pose2:
-    """x m, y m, heading rad as a pose of the gaze model."""
+    """x, y in m and heading in rad as a pose of the gaze model."""
     x, y, turn = pose
     return Pose2(x * CM_PER_M, y * CM_PER_M, turn)
 
 
 def in_m(pose: Pose2) -> Pose2:
-    """A pose of the gaze model with its place in m."""
+    """A pose of the gaze model with its position in m."""
     return Pose2(pose.x / CM_PER_M, pose.y / CM_PER_M, pose.heading)
 
 
 def belief_in_m(belief: Gaussian) -> Gaussian:
-    """A belief about a place, cm, in m."""
+    """A belief about a position, converted from cm to m."""
     covariance: FloatArray = belief.covariance / CM_PER_M**2
     return Gaussian(belief.mean / CM_PER_M, covariance)
 
 
-def _moved(frame: Pose2, pose: Pose2) -> Pose2:
-    """A pose of a frame in the frame's parent."""
+def _to_parent(frame: Pose2, pose: Pose2) -> Pose2:
+    """A pose given in a frame, in the parent of that frame."""
     x, y = frame.to_parent((pose.x, pose.y))
     return Pose2(float(x), float(y), pose.heading + frame.heading)
 

@@ -1,4 +1,4 @@
-"""Between ROS messages and the values of a watched mentor."""
+"""Conversion between ROS messages and the values of the mentor tracker."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_gaze import Gaussian, Pose2
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.mentor.head_pose import HeadPose
-from likeme_gaze.mentor.watch import Answer
+from likeme_gaze.mentor.mentor_tracker import GazeEstimate
 
-#: Variance of what the model does not speak of: z, and the goal's orientation.
-UNKNOWN = 1e6
+#: Variance of what the model does not estimate: z, and the goal's orientation.
+UNKNOWN_VARIANCE = 1e6
 #: 95 % of a Gaussian in the plane lies within this many standard deviations: sqrt(-2 log 0.05).
 RADIUS_95 = float(np.sqrt(-2 * np.log(0.05)))
-#: Length of the lines of sight that end nowhere, m.
+#: Drawn length of lines of sight without a goal, m.
 RAY = 1.0
 
 BLUE, RED, GREY = (0.1, 0.35, 0.9), (0.85, 0.1, 0.1), (0.55, 0.55, 0.55)
 
 
 def head_pose(msg: PoseStamped, now: int) -> HeadPose:
-    """Read a head pose; a stamp of 0 is taken for `now` (ns), the time of arrival."""
+    """Read a head pose; a stamp of 0 is replaced by `now` (ns), the time of arrival."""
     place, turn = msg.pose.position, msg.pose.orientation
     return HeadPose(
         stamp_ns(msg.header.stamp) or now,
@@ -39,41 +39,45 @@ def head_pose(msg: PoseStamped, now: int) -> HeadPose:
     )
 
 
-def goal_msg(answer: Answer, frame: str) -> PoseWithCovarianceStamped:
+def goal_msg(estimate: GazeEstimate, frame: str) -> PoseWithCovarianceStamped:
     """Message of the goal: x, y and their covariance; z at the height of the mentor's eyes."""
-    assert answer.goal is not None, 'Only observations say something about a goal.'
-    msg = PoseWithCovarianceStamped(header=_header(answer, frame))
-    msg.pose.pose.position = _point(answer.goal.mean, answer.height)
-    covariance = np.diag([0.0, 0.0, UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN])
-    covariance[:2, :2] = answer.goal.covariance
+    assert estimate.goal is not None, 'An estimate has a goal after the first observation.'
+    msg = PoseWithCovarianceStamped(header=_header(estimate, frame))
+    msg.pose.pose.position = _point(estimate.goal.mean, estimate.height)
+    covariance = np.diag([0.0, 0.0, *[UNKNOWN_VARIANCE] * 4])
+    covariance[:2, :2] = estimate.goal.covariance
     msg.pose.covariance = covariance.ravel().tolist()
     return msg
 
 
-def command_msg(answer: Answer, frame: str, joint: str, turn_time: float) -> JointTrajectory:
-    """Command that turns the neck to the mean of the inferred action within s."""
+def command_msg(
+    estimate: GazeEstimate, frame: str, joint: str, turn_time: float
+) -> JointTrajectory:
+    """Command that turns the neck to the mean of the inferred action in `turn_time` s."""
     seconds, rest = divmod(round(turn_time * 1e9), 1_000_000_000)
     point = JointTrajectoryPoint(
-        positions=[answer.neck[0]], time_from_start=Duration(sec=seconds, nanosec=rest)
+        positions=[estimate.neck[0]], time_from_start=Duration(sec=seconds, nanosec=rest)
     )
-    return JointTrajectory(header=_header(answer, frame), joint_names=[joint], points=[point])
+    return JointTrajectory(header=_header(estimate, frame), joint_names=[joint], points=[point])
 
 
-def markers_msg(answer: Answer, frame: str) -> MarkerArray:
-    """What to draw: lines of sight of mentor and robot, the goal and its 95 % ellipse."""
-    header = _header(answer, frame)
+def markers_msg(estimate: GazeEstimate, frame: str) -> MarkerArray:
+    """Markers: lines of sight of mentor and robot, the goal and its 95 % ellipse."""
+    header = _header(estimate, frame)
     markers = [Marker(header=header, action=Marker.DELETEALL)]
-    markers.append(_arrow(header, 'mentor start', answer, answer.mentor_start, RAY, GREY))
-    if answer.goal is None:
+    markers.append(_arrow(header, 'mentor start', estimate, estimate.mentor_start, RAY, GREY))
+    if estimate.goal is None:
         return MarkerArray(
-            markers=[*markers, _arrow(header, 'robot', answer, answer.robot, RAY, GREY)]
+            markers=[*markers, _arrow(header, 'robot', estimate, estimate.robot, RAY, GREY)]
         )
-    mean = answer.goal.mean
+    mean = estimate.goal.mean
     markers += [
-        _arrow(header, 'mentor', answer, answer.mentor, _distance(answer.mentor, mean), BLUE),
-        _arrow(header, 'robot', answer, answer.robot, _distance(answer.robot, mean), RED),
-        _sphere(header, answer.goal, answer.height),
-        _ellipse(header, answer.goal, answer.height),
+        _arrow(
+            header, 'mentor', estimate, estimate.mentor, _distance(estimate.mentor, mean), BLUE
+        ),
+        _arrow(header, 'robot', estimate, estimate.robot, _distance(estimate.robot, mean), RED),
+        _sphere(header, estimate.goal, estimate.height),
+        _ellipse(header, estimate.goal, estimate.height),
     ]
     return MarkerArray(markers=markers)
 
@@ -82,11 +86,13 @@ def ellipse_95(goal: Gaussian, corners: int = 64) -> FloatArray:
     """The border of the 95 % region of a belief in the plane, closed (corners + 1, 2)."""
     angle = np.linspace(0.0, 2 * np.pi, corners + 1)
     circle = RADIUS_95 * np.stack([np.cos(angle), np.sin(angle)])
-    return np.asarray(goal.mean + (np.linalg.cholesky(goal.covariance) @ circle).T)
+    # A goal that is known along an axis has a singular covariance.
+    variances, axes = np.linalg.eigh(goal.covariance)
+    return np.asarray(goal.mean + (axes * np.sqrt(np.maximum(variances, 0)) @ circle).T)
 
 
-def _header(answer: Answer, frame: str) -> Header:
-    return Header(stamp=time_msg(answer.stamp), frame_id=frame)
+def _header(estimate: GazeEstimate, frame: str) -> Header:
+    return Header(stamp=time_msg(estimate.stamp), frame_id=frame)
 
 
 def _point(place: Sequence[float] | FloatArray, height: float) -> Point:
@@ -104,7 +110,7 @@ def _distance(head: Pose2, place: FloatArray) -> float:
 def _arrow(
     header: Header,
     name: str,
-    answer: Answer,
+    estimate: GazeEstimate,
     head: Pose2,
     length: float,
     colour: tuple[float, float, float],
@@ -112,7 +118,7 @@ def _arrow(
     """A line of sight, drawn at the height of the mentor's eyes."""
     end = (head.x + length * cos(head.heading), head.y + length * sin(head.heading))
     arrow = Marker(header=header, ns=name, type=Marker.ARROW, color=_colour(colour, 0.8))
-    arrow.points = [_point((head.x, head.y), answer.height), _point(end, answer.height)]
+    arrow.points = [_point((head.x, head.y), estimate.height), _point(end, estimate.height)]
     # Diameters of shaft and head, and the head's length.
     arrow.scale = Vector3(x=0.03, y=0.1, z=0.15)
     return arrow

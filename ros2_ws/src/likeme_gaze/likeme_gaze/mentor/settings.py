@@ -1,4 +1,4 @@
-"""The gaze node's parameters: names, defaults, ranges, and the values they stand for."""
+"""Parameters of the gaze node: names, defaults, ranges, and the settings read from them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 
 from likeme_core.settings import Setting
 from likeme_gaze import GazeModel, Pose2, SimulationSetup, blindfolded_experience, self_experience
-from likeme_gaze.mentor.head_pose import CM_PER_M, Frames, in_cm
+from likeme_gaze.mentor.head_pose import CM_PER_M, MAX_POSITION, Frames, in_cm
 
 
-class Blindfold(StrEnum):
-    """What the robot has experienced under a blindfold (the groups of Fig 6)."""
+class BlindfoldExperience(StrEnum):
+    """The robot's own experience under a blindfold (the groups of Fig 6)."""
 
     NONE = 'none'
     WINDOWED = 'windowed'
@@ -24,92 +24,91 @@ class Blindfold(StrEnum):
 
 #: In the order in which they are declared; m, rad, s.
 SETTINGS: dict[str, Setting] = {
-    'seed': Setting(1, "of the robot's self-experience", (0, 2**31 - 1)),
+    'seed': Setting(1, "seed of the robot's simulated self-experience", (0, 2**31 - 1)),
     'training_points': Setting(
-        200, 'head movements the robot learns from, and as many under a blindfold', (0, 1000)
+        200, 'head movements to train on, and as many under a blindfold', (0, 1000)
     ),
-    'angle_noise': Setting(math.radians(3), 'standard deviation of its turns, rad', (1e-3, 0.5)),
-    'distance_noise': Setting(
-        0.1, 'standard deviation of the distances it looks at, m', (1e-3, 2.0)
-    ),
+    'angle_noise': Setting(math.radians(3), 'standard deviation of head turns, rad', (1e-3, 0.5)),
+    'distance_noise': Setting(0.1, 'standard deviation of fixation distances, m', (1e-3, 2.0)),
     'blindfold_experience': Setting(
-        str(Blindfold.NONE), f'what it knows of blindfolds: {", ".join(Blindfold)}'
+        str(BlindfoldExperience.NONE),
+        f'own experience under a blindfold: {", ".join(BlindfoldExperience)}',
     ),
     'mentor_blindfolded': Setting(False, "whether the mentor's eyes are covered"),
     'observations': Setting(
-        5, 'head poses after the start pose until the robot turns its head', (1, 100)
+        5, 'head poses after the start pose before the robot turns its head', (1, 100)
     ),
     'use_distance': Setting(
-        False, 'wait for a mentor/fixation_distance with the stamp of each head pose'
+        False, 'whether each head pose needs a mentor/fixation_distance of the same stamp'
     ),
     'prior_offset': Setting(
         [0.0, 0.0],
-        'mean of the goal before anything was seen, from halfway to the mentor: x y in '
+        'mean of the goal prior relative to the midpoint of robot and mentor: x y in '
         'base_frame, m',
     ),
     'prior_std': Setting(
         [1.15, 2.89],
-        'its standard deviations along and across the line to the mentor, m; these are of the '
-        "robot's own goals, the authors' code has 2.83 1.41",
+        'standard deviations of the goal prior along and across the line to the mentor, m; the '
+        "default is that of the training goals, the authors' code has 2.83 1.41",
     ),
     'base_frame': Setting('base_link', "the robot's frame: x forward, y left, z up"),
     'robot_head': Setting(
-        [0.0, 0.0, 0.0], 'its head in base_frame with the neck at 0: x y, m, and heading, rad'
+        [0.0, 0.0, 0.0], 'pose of the head in base_frame at neck angle 0: x y, m, and heading, rad'
     ),
     'robot_heading': Setting(
-        0.0, 'angle of the neck while it watches, rad, left positive', (-math.pi, math.pi)
+        0.0, 'neck angle during observation, rad, left positive', (-math.pi, math.pi)
     ),
-    'mentor_frame': Setting('mentor', 'a second frame head poses may come in'),
+    'mentor_frame': Setting('mentor', 'second frame that head poses may be given in'),
     'mentor_pose': Setting(
-        [6.0, 0.0, math.pi], 'where that frame is in base_frame: x y, m, and heading, rad'
+        [6.0, 0.0, math.pi], 'pose of mentor_frame in base_frame: x y, m, and heading, rad'
     ),
     'most_moved': Setting(
-        0.3, "how far the mentor's head may move from its start place, m", (0.0, 10.0)
+        0.3, "largest distance of the mentor's head from its start position, m", (0.0, 10.0)
     ),
-    'head_joint': Setting('head_pan_joint', "name of the neck's joint in head_command"),
-    'turn_time': Setting(1.0, 's the head takes for its turn', (0.0, 60.0)),
+    'head_joint': Setting('head_pan_joint', 'name of the neck joint in head_command'),
+    'turn_time': Setting(1.0, 'duration of a head turn, s', (0.0, 60.0)),
 }
 
 
-class Learning(NamedTuple):
-    """What the robot's model of its own head is learned from; a change means learning anew."""
+class LearningSettings(NamedTuple):
+    """What the gaze model is trained on; a change of any of these trains it again."""
 
     seed: int
     points: int
     setting: SimulationSetup
-    blindfold: Blindfold
+    blindfold: BlindfoldExperience
 
     def model(self) -> GazeModel:
-        """Learn from simulated self-experience, about a second for 200 points.
+        """Train on simulated self-experience; about 1 s for 200 points.
 
-        Through windows targets are seen, so what is learned under that blindfold comes from
-        movements like all others; under an opaque one they have nothing to do with any goal.
+        Under a windowed blindfold targets are visible, so movements follow the same model as
+        without one; under an opaque blindfold they are independent of the goal.
 
         Raises:
             ValueError: too few points.
         """
         rng = np.random.default_rng(self.seed)
-        eyes_open = self_experience(rng, self.points, self.setting)
-        worn = None
-        if self.blindfold is Blindfold.WINDOWED:
-            worn = self_experience(rng, self.points, self.setting)
-        elif self.blindfold is Blindfold.OPAQUE:
-            worn = blindfolded_experience(rng, self.points, self.setting)
-        return GazeModel.learned(eyes_open, worn, seed=self.seed)
+        open_eyes = self_experience(rng, self.points, self.setting)
+        blindfolded = None
+        if self.blindfold is BlindfoldExperience.WINDOWED:
+            blindfolded = self_experience(rng, self.points, self.setting)
+        elif self.blindfold is BlindfoldExperience.OPAQUE:
+            blindfolded = blindfolded_experience(rng, self.points, self.setting)
+        return GazeModel.learned(open_eyes, blindfolded, seed=self.seed)
 
 
-class Watching(NamedTuple):
-    """How a mentor is watched.
+class TrackingSettings(NamedTuple):
+    """How a mentor is tracked.
 
     Attributes:
         frames: of head poses.
-        head, heading: the robot's head in its frame, cm and rad, and the neck's angle, rad.
-        prior_offset: of the goal's prior mean from halfway to the mentor, robot's frame, cm.
+        head, heading: the robot's head in its frame, cm and rad, and the neck angle, rad.
+        prior_offset: of the goal prior's mean from the midpoint of robot and mentor, cm.
         prior_std: along and across the line to the mentor, cm.
-        observations: of one mentor.
-        use_distance: whether every observation comes with a distance.
+        observations: head poses per trial.
+        use_distance: whether every observation has a fixation distance.
         blindfolded: whether the mentor's eyes are covered.
-        most_moved: cm.
+        most_moved: largest distance of the head from its start position, cm.
     """
 
     frames: Frames
@@ -124,43 +123,46 @@ class Watching(NamedTuple):
 
 
 class GazeSettings(NamedTuple):
-    """All parameters' values; turn_time in s."""
+    """All settings of the node; turn_time in s."""
 
-    learning: Learning
-    watching: Watching
+    learning: LearningSettings
+    tracking: TrackingSettings
     head_joint: str
     turn_time: float
 
 
 def read_settings(values: Mapping[str, Any]) -> GazeSettings:
-    """Make settings of all parameters' values.
+    """Read settings from the values of all parameters.
 
     Raises:
-        ValueError: a value makes no sense.
+        ValueError: a value that is not allowed.
     """
     joint = _name(values, 'head_joint')
-    return GazeSettings(_learning(values), _watching(values), joint, float(values['turn_time']))
+    return GazeSettings(_learning(values), _tracking(values), joint, float(values['turn_time']))
 
 
-def _learning(values: Mapping[str, Any]) -> Learning:
-    known = values['blindfold_experience']
-    if known not in set(Blindfold):
+def _learning(values: Mapping[str, Any]) -> LearningSettings:
+    blindfold = values['blindfold_experience']
+    if blindfold not in set(BlindfoldExperience):
         raise ValueError(
-            f'Expected blindfold_experience to be one of {", ".join(Blindfold)}, got {known!r}.'
+            f'Expected blindfold_experience to be one of {", ".join(BlindfoldExperience)}, '
+            f'got {blindfold!r}.'
         )
     setting = SimulationSetup(
         angle_std=float(values['angle_noise']),
         distance_std=float(values['distance_noise']) * CM_PER_M,
     )
-    return Learning(values['seed'], values['training_points'], setting, Blindfold(known))
+    return LearningSettings(
+        values['seed'], values['training_points'], setting, BlindfoldExperience(blindfold)
+    )
 
 
-def _watching(values: Mapping[str, Any]) -> Watching:
+def _tracking(values: Mapping[str, Any]) -> TrackingSettings:
     along, across = _numbers(values, 'prior_std', 2)
     if min(along, across) <= 0:
         raise ValueError(f'Expected prior_std of more than 0 m, got {min(along, across):g}.')
     dx, dy = _numbers(values, 'prior_offset', 2)
-    return Watching(
+    return TrackingSettings(
         _frames(values),
         in_cm(_numbers(values, 'robot_head', 3)),
         float(values['robot_heading']),
@@ -184,7 +186,7 @@ def _frames(values: Mapping[str, Any]) -> Frames:
 
 def _name(values: Mapping[str, Any], key: str) -> str:
     if not values[key]:
-        raise ValueError(f'Expected a name as {key}, got an empty one.')
+        raise ValueError(f'Expected a name as {key}, got an empty string.')
     return str(values[key])
 
 
@@ -197,4 +199,6 @@ def _numbers(values: Mapping[str, Any], key: str, count: int) -> tuple[float, ..
     finite = all(isinstance(n, int | float) and math.isfinite(n) for n in numbers)
     if len(numbers) != count or not finite:
         raise ValueError(f'Expected {key} as {count} finite numbers, got {numbers}.')
+    if max(map(abs, numbers)) > MAX_POSITION:
+        raise ValueError(f'Expected {key} within +-{MAX_POSITION:g}, got {numbers}.')
     return tuple(float(number) for number in numbers)

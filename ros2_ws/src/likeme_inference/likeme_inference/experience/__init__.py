@@ -1,1 +1,1 @@
-"""What the robot did and what came of it: trials as facts, where they are kept, how many more."""
+"""Trials of the robot: values, files, the experience store, campaigns and exploration policies."""

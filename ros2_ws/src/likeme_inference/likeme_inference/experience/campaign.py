@@ -1,4 +1,4 @@
-"""A series of trials with one seed: which are to be made, and which come next after a restart."""
+"""A series of trials with one seed, which can be resumed after a restart."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_inference.experience.policy import Policy
+from likeme_inference.experience.exploration_policy import ExplorationPolicy
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Counts, Pair, TrialKey, no_counts
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """What a learner is to do.
+    """A series of trials.
 
     Attributes:
-        name: part of each trial's identity.
-        seed: every trial's own seed and every choice follow from it.
+        name: part of each trial's key.
+        seed: of the seeds of all trials and of all choices.
     """
 
     robot: str
     name: str
     seed: int
     objects: tuple[str, ...]
-    policy: Policy
+    policy: ExplorationPolicy
 
     def key(self, pair: Pair, repetition: int) -> TrialKey:
-        """The key of one of this campaign's trials."""
+        """The key of a trial of this campaign."""
         return TrialKey(self.robot, self.name, pair, repetition)
 
     def choose(self, counts: Counts) -> TrialKey | None:
-        """The trial after those counted; the same after the same counts, whatever came between."""
+        """The next trial after those counted; depends on the seed and the counts alone."""
         made = sum(int(table.sum()) for table in counts.values())
         pair = self.policy.next(counts, np.random.default_rng([self.seed, made]))
         if pair is None:
@@ -40,17 +40,17 @@ class Campaign:
         return self.key(pair, int(counts[pair.object][pair.x_i, pair.action].sum()))
 
     def plan(self) -> Iterator[TrialKey]:
-        """Every trial of a policy that is not adaptive, from the first on."""
+        """All trials of a policy that is not adaptive, in order."""
         counts = no_counts(self.objects)
         while (key := self.choose(counts)) is not None:
             yield key
             pair = key.pair
-            # How it ends is no matter to such a policy.
+            # Such a policy does not depend on the final state.
             counts[pair.object][pair.x_i, pair.action, pair.x_i] += 1
 
 
 class Progress:
-    """A campaign and how far it has come in a store."""
+    """The recorded and the missing trials of a campaign."""
 
     def __init__(self, campaign: Campaign, store: ExperienceStore) -> None:
         self.campaign, self._store = campaign, store
@@ -60,18 +60,18 @@ class Progress:
 
     @property
     def total(self) -> int | None:
-        """Trials in all; None where the policy decides on the way."""
+        """Total number of trials; None for an adaptive policy."""
         return None if self._plan is None else len(self._plan)
 
     @property
     def done(self) -> int:
-        """How many of them are recorded."""
+        """Number of recorded trials."""
         if self._plan is None:
             return len(self._done)
         return sum(key.identity in self._done for key in self._plan)
 
     def missing(self) -> Iterator[TrialKey]:
-        """The trials to make; an adaptive policy chooses each by what is recorded by then."""
+        """The trials to make; an adaptive policy chooses each from those recorded before it."""
         if self._plan is not None:
             yield from (key for key in self._plan if key.identity not in self._done)
             return
@@ -79,7 +79,7 @@ class Progress:
             yield key
 
     def recorded(self, key: TrialKey) -> None:
-        """Take note of a trial that is kept now."""
+        """Mark a trial as recorded."""
         self._done.add(key.identity)
 
     def _counts(self) -> Counts:

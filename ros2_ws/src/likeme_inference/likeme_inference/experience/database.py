@@ -1,4 +1,4 @@
-"""Opening the database of an experience store: what it must be, and what is refused."""
+"""Opening and checking the database of an experience store."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from likeme_inference.experience.schema import SCHEMA_VERSION, about, metadata
 
 #: The value of the engine's option `begin` for a transaction that will write.
 FOR_WRITING = 'BEGIN IMMEDIATE'
-#: s between two tries of what somebody else's lock forbids.
+#: s between two attempts while the database is locked.
 _AGAIN = 0.05
 
 
 class StoreError(Exception):
-    """The store cannot be used as asked: one sentence says what was expected and what came."""
+    """The store cannot be used; the message states what was expected and received."""
 
 
 def url_of(place: str) -> URL:
@@ -41,7 +41,7 @@ def url_of(place: str) -> URL:
 
 
 def shown(url: URL) -> str:
-    """A URL for people: the path of an SQLite file, no passwords."""
+    """A URL as text: the path of an SQLite file, no passwords."""
     if url.get_backend_name() == 'sqlite' and url.database:
         return url.database
     return url.render_as_string(hide_password=True)
@@ -72,7 +72,7 @@ def open_engine(url: URL, create: bool, patience: float) -> Engine:
 
 @contextmanager
 def refusing(url: URL, patience: float) -> Iterator[None]:
-    """Turn a database's errors into one sentence."""
+    """Turn database errors into a StoreError with one sentence."""
     try:
         yield
     except DBAPIError as error:

@@ -1,7 +1,7 @@
-"""The tables of the experience store, version 1, in any database that SQLAlchemy speaks to.
+"""Database tables of the experience store, schema version 1.
 
-likeme_experience   one row: the version of the schema
-likeme_trial        one row a trial, by its identity
+likeme_experience   one row: the schema version
+likeme_trial        one row per trial, by its identity
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ trials = Table(
     Column('version', String(100), nullable=False),
     # ns since the epoch.
     Column('time', BigInteger, nullable=False),
-    # m and rad, base_link; null where the camera did not see the object.
+    # m and rad, base_link; null if the camera did not see the object.
     *(
         Column(f'{when}_{what}', Float(53))
         for when in ('before', 'after')
@@ -64,7 +64,7 @@ trials = Table(
 
 
 def row_of(trial: Trial) -> dict[str, Any]:
-    """A trial as the values of its row."""
+    """The column values of a trial."""
     key, pair = trial.key, trial.key.pair
     return {
         'identity': key.identity,
@@ -88,7 +88,7 @@ def trial_of(row: Row[Any]) -> Trial:
     """The trial of a row.
 
     Raises:
-        ValueError: the row holds numbers that stand for nothing.
+        ValueError: numbers without a state, action or motion outcome.
     """
     values = row._mapping
     pair = Pair(values['object'], State(values['x_i']), Action(values['action']))

@@ -1,4 +1,4 @@
-"""The experience store: every trial once, however often and by however many it is recorded."""
+"""The experience store: trials in a database, each recorded at most once."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from likeme_inference.experience.schema import row_of, trial_of
 from likeme_inference.experience.schema import trials as table
 from likeme_inference.experience.trial import Pair, Trial, no_counts
 
-#: Trials a transaction: SQL statements have a limited number of parameters.
+#: Trials per transaction; SQL statements have a limited number of parameters.
 BATCH = 200
-#: s to wait for others' writing.
-PATIENCE = 20.0
+#: s to wait for other writers.
+LOCK_TIMEOUT = 20.0
 
 
 class Recorded(NamedTuple):
-    """What became of trials that were handed in.
+    """Result of recording trials.
 
     Attributes:
-        new: how many were not known.
-        known: how many were.
-        contradicting: identities of those known with another ending; the first record stays.
+        new: number of trials added.
+        known: number of trials recorded before.
+        contradicting: identities of those recorded before with another result, which is kept.
     """
 
     new: int = 0
@@ -44,13 +44,13 @@ class Recorded(NamedTuple):
     contradicting: tuple[str, ...] = ()
 
     def plus(self, other: Recorded) -> Recorded:
-        """Both together."""
+        """The sum of both."""
         contradicting = self.contradicting + other.contradicting
         return Recorded(self.new + other.new, self.known + other.known, contradicting)
 
 
-class Tally(NamedTuple):
-    """How often a robot's trials of one pair in one campaign ended in one state."""
+class EndStateCount(NamedTuple):
+    """Number of a robot's trials of one pair in one campaign with one final state."""
 
     robot: str
     campaign: str
@@ -60,31 +60,33 @@ class Tally(NamedTuple):
 
 
 class ExperienceStore:
-    """Trials in a database. Threads and processes may share it; each opens its own."""
+    """Trials in a database; several threads and processes may each open it."""
 
-    def __init__(self, place: str, create: bool = True, patience: float = PATIENCE) -> None:
-        """place: an SQLite file's path or a database URL. create: make it where it is not there.
+    def __init__(
+        self, place: str, create: bool = True, lock_timeout: float = LOCK_TIMEOUT
+    ) -> None:
+        """place: path of an SQLite file, or a database URL. create: if it does not exist.
 
         Raises:
             StoreError: it cannot be used, see database.open_engine.
         """
-        self._url, self._patience = url_of(place), patience
-        self._engine = open_engine(self._url, create, patience)
+        self._url, self._lock_timeout = url_of(place), lock_timeout
+        self._engine = open_engine(self._url, create, lock_timeout)
 
     @property
     def place(self) -> str:
-        """Where it is, for people."""
+        """Path or URL, without passwords."""
         return shown(self._url)
 
     def close(self) -> None:
-        """Give the connections back."""
+        """Close the connections."""
         self._engine.dispose()
 
     def record(self, trials: Iterable[Trial]) -> Recorded:
-        """Keep trials for good; those that are known stay as they are.
+        """Record trials; those recorded before are not changed.
 
         Raises:
-            StoreError: it is locked or broken; a batch is kept whole or not at all.
+            StoreError: locked or damaged; each batch is one transaction.
         """
         result, rest = Recorded(), iter(trials)
         while batch := list(islice(rest, BATCH)):
@@ -92,35 +94,35 @@ class ExperienceStore:
         return result
 
     def trials(self, robot: str | None = None, campaign: str | None = None) -> Iterator[Trial]:
-        """All trials, or those of a robot or a campaign, in the order of their identities."""
+        """All trials, or those of a robot or campaign, ordered by identity."""
         query = select(table).order_by(table.c.identity)
         for column, value in ((table.c.robot, robot), (table.c.campaign, campaign)):
             query = query if value is None else query.where(column == value)
-        with refusing(self._url, self._patience), self._engine.connect() as connection:
+        with refusing(self._url, self._lock_timeout), self._engine.connect() as connection:
             for row in connection.execution_options(yield_per=BATCH).execute(query):
                 yield self._read(row)
 
     def identities(self, robot: str, campaign: str) -> frozenset[str]:
-        """The trials of a campaign that are recorded."""
+        """Identities of the recorded trials of a campaign."""
         query = select(table.c.identity).where(
             table.c.robot == robot, table.c.campaign == campaign
         )
-        with refusing(self._url, self._patience), self._engine.connect() as connection:
+        with refusing(self._url, self._lock_timeout), self._engine.connect() as connection:
             return frozenset(connection.execute(query).scalars())
 
     def tallies(
         self, robots: Sequence[str] = (), campaigns: Sequence[str] = ()
-    ) -> tuple[Tally, ...]:
-        """How trials ended, counted by the database; of all robots and campaigns unless named."""
+    ) -> tuple[EndStateCount, ...]:
+        """Counts of final states; of all robots and campaigns unless named."""
         pair = (table.c.robot, table.c.campaign, table.c.object, table.c.x_i, table.c.action)
         query = select(*pair, table.c.x_f, func.count().label('trials'))
         for column, names in ((table.c.robot, robots), (table.c.campaign, campaigns)):
             query = query.where(column.in_(names)) if names else query
         query = query.group_by(*pair, table.c.x_f).order_by(*pair, table.c.x_f)
-        with refusing(self._url, self._patience), self._engine.connect() as connection:
+        with refusing(self._url, self._lock_timeout), self._engine.connect() as connection:
             rows = connection.execute(query).all()
         return tuple(
-            Tally(r.robot, r.campaign, Pair(r.object, State(r.x_i), Action(r.action)),
+            EndStateCount(r.robot, r.campaign, Pair(r.object, State(r.x_i), Action(r.action)),
                   State(r.x_f), r.trials)
             for r in rows
         )  # fmt: skip
@@ -128,7 +130,7 @@ class ExperienceStore:
     def counts(
         self, objects: tuple[str, ...], robots: Sequence[str] = (), campaigns: Sequence[str] = ()
     ) -> dict[str, NDArray[np.int64]]:
-        """Object -> counts[x_i, a, x_f] of some objects."""
+        """Object -> counts[x_i, a, x_f] of the given objects."""
         counts = no_counts(objects)
         for tally in self.tallies(robots, campaigns):
             name, x_i, action = tally.pair
@@ -137,11 +139,11 @@ class ExperienceStore:
         return counts
 
     def _record_batch(self, batch: Sequence[Trial]) -> Recorded:
-        with refusing(self._url, self._patience):
+        with refusing(self._url, self._lock_timeout):
             try:
                 return self._insert(batch)
             except IntegrityError:
-                # Of two writers that both found a trial missing one is second: it is known now.
+                # Another writer added one of the trials since the query.
                 return self._insert(batch)
 
     def _insert(self, batch: Sequence[Trial]) -> Recorded:

@@ -1,4 +1,4 @@
-"""One trial of the robot as a fact: what it did to an object, and what the camera saw of it."""
+"""A trial: an action on an object, and the result observed by the camera."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ Counts = Mapping[str, NDArray[np.int64]]
 
 #: Name space of the identities (RFC 9562, version 5).
 _TRIALS = UUID('6f0c6a5e-3d0b-5a63-9f0e-7b1f6f3f2c11')
-#: How a motion may end for a trial to count. The others were stopped or never begun by something
-#: that is not the robot's skill: held, busy, expired, the object not seen.
+#: Motion outcomes that count as a trial. The others were stopped or not started for reasons
+#: unrelated to the action: held, busy, expired, object not seen.
 COUNTED = frozenset(
     {
         MotionOutcome.COMPLETED,
@@ -33,7 +33,7 @@ COUNTED = frozenset(
 
 
 class Pair(NamedTuple):
-    """What to try: an object, the state it is put in, and an action."""
+    """An object, its initial state, and an action."""
 
     object: str
     x_i: State
@@ -41,21 +41,36 @@ class Pair(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where the camera saw an object: centroid, m, and major axis, rad, in base_link."""
+    """Observed pose of an object: centroid, m, and major axis, rad, in base_link."""
 
     x: float
     y: float
     yaw: float
 
 
+def check_name(name: str) -> None:
+    """Check the name of a robot, a campaign or an object.
+
+    Raises:
+        ValueError: a name that a trial file or a database row cannot hold.
+    """
+    printable = 0 < len(name) <= 100 and name.isprintable() and name == name.strip()
+    # A leading # starts a comment in trial and model files, "end" their last line.
+    if not printable or name.startswith('#') or name == 'end':
+        raise ValueError(
+            'Expected a name of 1 to 100 printable characters, without spaces around it '
+            f'or a # in front, and not "end", got {name!r}.'
+        )
+
+
 @dataclass(frozen=True)
 class TrialKey:
-    """Which trial: the same key names the same trial, whoever makes it, wherever it is kept.
+    """Key of a trial, unique across programs and stores.
 
     Attributes:
-        robot: the body, by a name that changes when the body does.
-        campaign: a series of trials with one seed, e.g. 'offline-1'.
-        repetition: counts the trials of this pair in this campaign, from 0.
+        robot: name of the robot's body; changes with the body.
+        campaign: name of a series of trials with one seed, e.g. 'offline-1'.
+        repetition: number of the trial of this pair in this campaign, from 0.
     """
 
     robot: str
@@ -65,25 +80,19 @@ class TrialKey:
 
     def __post_init__(self) -> None:
         for name in (self.robot, self.campaign, self.pair.object):
-            printable = 0 < len(name) <= 100 and name.isprintable() and name == name.strip()
-            # Text files of trials and models say something else by these.
-            if not printable or name.startswith('#') or name == 'end':
-                raise ValueError(
-                    'Expected a name of 1 to 100 printable characters, without spaces around it '
-                    f'or a # in front, and not "end", got {name!r}.'
-                )
+            check_name(name)
         if self.repetition < 0:
             raise ValueError(f'Expected a repetition of 0 or more, got {self.repetition}.')
 
     @property
     def identity(self) -> str:
-        """A UUID that follows from the key alone."""
+        """UUID (version 5) of the key."""
         return str(uuid5(_TRIALS, self._text()))
 
     def seed(self, campaign_seed: int, attempt: int = 0) -> int:
-        """The trial's own seed, 0 to 2^63 - 1: independent of every other trial's.
+        """Seed of the trial, 0 to 2^63 - 1, independent of those of other trials.
 
-        attempt: counts the tables that had to be set up anew because the camera did not see x_i.
+        attempt: number of set-ups repeated because the camera did not observe x_i.
         """
         text = f'{campaign_seed}/{attempt}/{self._pair_text()}'
         return int.from_bytes(sha256(text.encode()).digest()[:8], 'big') >> 1
@@ -98,15 +107,15 @@ class TrialKey:
 
 @dataclass(frozen=True)
 class Trial:
-    """What became of a trial.
+    """A trial and its result.
 
     Attributes:
-        x_f: by the camera, when all was at rest again.
-        before, after: where the camera saw the object; None where it did not.
-        motion: how the arm says its motion ended.
-        seed: of everything that was drawn for it.
+        x_f: final state observed by the camera, everything at rest.
+        before, after: observed poses of the object; None if not visible.
+        motion: reported by the arm.
+        seed: of all random numbers of the trial.
         version: of the software.
-        time: when it was recorded, ns since the epoch.
+        time: of recording, ns since the epoch.
     """
 
     key: TrialKey
@@ -125,12 +134,12 @@ class Trial:
             raise ValueError(f'Expected a seed of 0 to 2^63 - 1, got {self.seed}.')
 
     def contradicts(self, other: Trial) -> bool:
-        """Whether two records of the same trial differ in what happened."""
+        """Whether two records of the same trial have different results."""
         mine, theirs = (self.x_f, self.motion), (other.x_f, other.motion)
         return self.key == other.key and mine != theirs
 
 
 def no_counts(objects: tuple[str, ...]) -> dict[str, NDArray[np.int64]]:
-    """Counts before the first trial."""
+    """Zero counts."""
     shape = len(State), len(Action), len(State)
     return {name: np.zeros(shape, dtype=np.int64) for name in objects}

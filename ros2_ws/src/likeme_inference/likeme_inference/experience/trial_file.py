@@ -1,4 +1,4 @@
-"""Trial files: experience as text that people read and other programs write, format 1.
+"""Trial files: trials as text, format 1.
 
 Comma-separated lines, `#` comments and empty lines anywhere, in this order:
 
@@ -6,11 +6,11 @@ Comma-separated lines, `#` comments and empty lines anywhere, in this order:
     robot,campaign,object,x_i,action,repetition,x_f,motion,seed,version,time,before_x,before_y,...
     sim-1,offline-1,pear,LEFT,PUSH_RIGHT,0,RIGHT,COMPLETED,77,0.1.0,1760000000000000000,0.44,...
     ...
-    end,1                               trials above: a torn file has no such line
+    end,1                               trials above; detects truncated files
 
-States, actions and motions by their names in domain.State, domain.Action and values.Motion; time
-in ns since the epoch; places in m and rad, base_link, empty where the camera saw no object.
-Robot, campaign, pair and repetition name the trial: importing it again changes nothing.
+States, actions and motions by their names in likeme_core; time in ns since the epoch; places in m
+and rad, base_link, empty if the object was not visible. Robot, campaign, pair and repetition are
+the key of the trial: importing it again changes nothing.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ Name = TypeVar('Name', bound=IntEnum)
 
 
 class TrialFileError(ValueError):
-    """A trial file that cannot be used: which line, and why."""
+    """A trial file that cannot be used; the message states the line and the reason."""
 
 
 def save(trials: Iterable[Trial], path: Path) -> int:
-    """Write a trial file whole or not at all; how many trials it holds."""
+    """Write a trial file atomically; returns the number of trials."""
     part = path.with_name(path.name + '.part')
     with part.open('w', encoding='utf-8', newline='') as text:
         count = write(trials, text)
@@ -53,7 +53,7 @@ def save(trials: Iterable[Trial], path: Path) -> int:
 
 
 def write(trials: Iterable[Trial], text: TextIO) -> int:
-    """Write trials as text; how many."""
+    """Write trials as text; returns their number."""
     out, count = csv.writer(text, lineterminator='\n'), 0
     out.writerows([FORMAT, HEADER])
     for count, trial in enumerate(trials, start=1):  # noqa: B007
@@ -69,7 +69,7 @@ def _fields(trial: Trial) -> list[object]:
 
 
 def load(path: Path) -> tuple[Trial, ...]:
-    """Read a trial file, all of it before any of it counts.
+    """Read a whole trial file.
 
     Raises:
         TrialFileError: with file, line number and reason.
@@ -104,7 +104,7 @@ def parse(text: Iterable[str]) -> Iterator[Trial]:
 
 
 def _lines(text: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
-    """The lines that say something with their numbers, at last one for the file's end."""
+    """The lines that are not empty or comments, with their numbers, then an end-of-file line."""
     number = 0
     for number, line in enumerate(text, start=1):
         if line.strip() and not line.lstrip().startswith('#'):

@@ -1,4 +1,4 @@
-"""How the inference node does: what came, what was dropped, whether the camera is silent."""
+"""Diagnostics of the inference node: message counts, dropped messages, missing table states."""
 
 from __future__ import annotations
 
@@ -14,26 +14,24 @@ from rclpy.node import Node
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import steady_clock
 
-#: s: one log line for all bad messages of this time; a camera silent for longer, or a message
-#: dropped more recently, is worth a warning.
-THROTTLE = 5.0
-CAMERA_SILENCE = 2.0
-RECENT = 10.0
+#: s between two log messages about dropped messages.
+LOG_PERIOD = 5.0
+#: s without a new table state, and s since a dropped message, for a warning in /diagnostics.
+TABLE_STATE_WARNING = 2.0
+DROP_WARNING = 10.0
 
 
-class Health:
-    """Counts what happens and says once a second how the node does.
-
-    Publishes /diagnostics (DiagnosticArray), 1 Hz by the steady clock, on behalf of its node.
+class SessionDiagnostics:
+    """Counts events of a session and publishes /diagnostics (DiagnosticArray, 1 Hz, steady clock).
 
     Attributes:
-        counts: what happened how often since the session began.
+        counts: events by name since the session started.
     """
 
     def __init__(
         self, node: Node, arm_ready: Callable[[], bool], facts: Callable[[], Mapping[str, Any]]
     ) -> None:
-        """arm_ready: whether the arm's service is there. facts: what else is worth telling."""
+        """arm_ready: whether the arm service is available. facts: further values to publish."""
         self.counts: Counter[str] = Counter()
         self._node, self._arm_ready, self._facts = node, arm_ready, facts
         self._camera_heard = time.monotonic()
@@ -43,34 +41,34 @@ class Health:
 
     @property
     def silence(self) -> float:
-        """Seconds since the camera last saw anything new, or was last given time to."""
+        """Seconds since the last new table state or call of `camera_heard`."""
         return time.monotonic() - self._camera_heard
 
     def camera_heard(self) -> None:
-        """Count the camera's silence from now on."""
+        """Restart the count of `silence`."""
         self._camera_heard = time.monotonic()
 
     def drop(self, what: str, error: ValueError) -> None:
-        """Count a message that cannot be used, and say why the last of them could not."""
+        """Count a message that cannot be used, and log the reason."""
         self.counts[f'{what} dropped'] += 1
         self._dropped_at = time.monotonic()
         dropped = self.counts[f'{what} dropped']
         self._node.get_logger().warning(
             f'{dropped} {what} dropped so far, the last one because: {error}',
-            throttle_duration_sec=THROTTLE,
+            throttle_duration_sec=LOG_PERIOD,
         )
 
     def _publish(self) -> None:
         silent = self.silence
         problems = [
             (not self._arm_ready(), 'arm service absent'),
-            (silent > CAMERA_SILENCE, f'no new table state for {silent:.0f} s'),
-            (time.monotonic() - self._dropped_at < RECENT, 'messages were dropped just now'),
+            (silent > TABLE_STATE_WARNING, f'no new table state for {silent:.0f} s'),
+            (time.monotonic() - self._dropped_at < DROP_WARNING, 'messages were dropped just now'),
         ]
-        said = '; '.join(sentence for there, sentence in problems if there)
+        message = '; '.join(sentence for present, sentence in problems if present)
         facts = {**self._facts(), **self.counts}
         stamp = self._node.get_clock().now().to_msg()
-        level = DiagnosticStatus.WARN if said else DiagnosticStatus.OK
+        level = DiagnosticStatus.WARN if message else DiagnosticStatus.OK
         self._diagnostics_pub.publish(
-            diagnostics_msg('inference_node: imitation', level, said or 'ready', facts, stamp)
+            diagnostics_msg('inference_node: imitation', level, message or 'ready', facts, stamp)
         )

@@ -1,4 +1,4 @@
-"""The inference node's parameters over ROS: declared, judged before they count, then taken up."""
+"""ROS parameters of the inference node: declared, validated as a set, then applied."""
 
 from __future__ import annotations
 
@@ -22,41 +22,44 @@ class NodeParameters:
     def __init__(
         self,
         node: Node,
-        judge: Callable[[Values, set[str]], None],
-        take_up: Callable[[Values, set[str]], None],
+        validate: Callable[[Values, set[str]], None],
+        apply: Callable[[Values, set[str]], None],
     ) -> None:
-        """Declare.
+        """Declare the parameters.
 
-        judge: raises ValueError for values that make no sense together; all values and the names
-        of those that change. take_up: what follows from them, once they are set.
+        Args:
+            node: that has them.
+            validate: given all values and the names of those that change; raises ValueError to
+                reject the change.
+            apply: given the same, after the parameters are set.
         """
-        self._node, self._judge, self._take_up = node, judge, take_up
+        self._node, self._validate, self._apply = node, validate, apply
         parameters.declare(node, SETTINGS)
 
     def watch(self) -> None:
-        """Judge and take up changes from now on."""
-        self._node.add_on_set_parameters_callback(self._check)
-        self._node.add_post_set_parameters_callback(self._apply)
+        """Validate and apply changes from now on."""
+        self._node.add_on_set_parameters_callback(self._on_set)
+        self._node.add_post_set_parameters_callback(self._on_changed)
 
     def values(self) -> Values:
-        """All values as they are."""
+        """All current values."""
         return parameters.values(self._node, SETTINGS)
 
-    def _check(self, changes: list[Parameter]) -> SetParametersResult:
+    def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
         new = {p.name: p.value for p in changes}
         try:
-            self._judge(self.values() | new, set(new))
+            self._validate(self.values() | new, set(new))
         except ValueError as error:
             self._node.get_logger().warning(f'Parameters refused: {error}')
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _apply(self, changes: list[Parameter]) -> None:
-        self._take_up(self.values(), {p.name for p in changes})
+    def _on_changed(self, changes: list[Parameter]) -> None:
+        self._apply(self.values(), {p.name for p in changes})
         changed = ', '.join(f'{p.name} = {_plain(p.value)!r}' for p in changes)
         self._node.get_logger().info(f'From the next decision on: {changed}.')
 
 
 def _plain(value: Any) -> Any:
-    """Arrays as lists, as people write them."""
+    """Arrays as lists, for log messages."""
     return list(value) if isinstance(value, (array, tuple)) else value

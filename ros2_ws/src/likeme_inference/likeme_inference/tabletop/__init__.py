@@ -1,4 +1,4 @@
-"""The discrete model of the paper (Methods, Case II), as plain Python without ROS.
+"""The discrete model of the paper (Methods, Case II); no ROS.
 
 | paper | here |
 | --- | --- |
@@ -7,13 +7,13 @@
 | Fig 3b: p(A given x_i, x_f) | `GoalModel.action_posterior` |
 | Fig 3c: p(A given G, X_i), both variants | `direct_policy`, `explored_policy`, `explore` |
 | Fig 3d, 8a: p(G given x_i, x_f) | `GoalModel.goal_posterior` |
-| Fig 3e, 8b: what to do for a goal | `GoalModel.action_for`, `choose` |
-| Fig 3f, 8c: what will come of it | `GoalModel.predict` |
+| Fig 3e, 8b: action for a goal | `GoalModel.action_for`, `choose` |
+| Fig 3f, 8c: predicted outcome | `GoalModel.predict` |
 | Table 1: the modes | `Mode`, `choose` |
-| future work: acting more than once | `plan`, `spread` |
-| future work: what to try next | `information_gain`, `shared_prior` |
-| all objects, or many models, at once | `posterior_table`, `direct_policy`, `plan`, `spread` |
-| many states, mostly empty | `SparseGoalModel` |
+| future work: several actions per goal | `plan`, `spread` |
+| future work: choice of the next trial | `information_gain`, `shared_prior` |
+| batches of objects or models | `posterior_table`, `direct_policy`, `plan`, `spread` |
+| many states, sparse | `SparseGoalModel` |
 
     from likeme_inference.tabletop import GoalModel, shipped, State
     pear = shipped().goal_model('pear')
@@ -22,6 +22,7 @@
 
 from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, choose
+from likeme_inference.tabletop.active_exploration import help_rate, information_gain
 from likeme_inference.tabletop.dirichlet import (
     CONCENTRATION,
     aimed_prior,
@@ -30,7 +31,8 @@ from likeme_inference.tabletop.dirichlet import (
     sample_transitions,
 )
 from likeme_inference.tabletop.domain import TABLETOP, Policy
-from likeme_inference.tabletop.exploration import help_rate, information_gain
+from likeme_inference.tabletop.finite_domain import Domain
+from likeme_inference.tabletop.goal_exploration import explore, explored_policy, reinforced
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
     map_goal,
@@ -40,9 +42,7 @@ from likeme_inference.tabletop.goal_inference import (
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import load, save, shipped
 from likeme_inference.tabletop.planning import Plan, plan, spread
-from likeme_inference.tabletop.policy import explore, explored_policy, reinforced
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.sparse import SparseGoalModel
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 

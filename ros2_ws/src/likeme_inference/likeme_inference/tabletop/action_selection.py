@@ -1,4 +1,4 @@
-"""What to do about a goal: action posterior, prediction, when to ask (Fig 3e, 3f; 8b, 8c)."""
+"""Action selection for a goal: action posterior, prediction, asking (Fig 3e, 3f; 8b, 8c)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from likeme_inference.tabletop.goal_model import GoalModel
 
 
 class Kind(IntEnum):
-    """What a decision comes to; the numbers of likeme_msgs/Decision."""
+    """Kind of a decision; the numbers of likeme_msgs/Decision."""
 
     EXECUTE = 0
     ASK_HUMAN = 1
@@ -22,18 +22,18 @@ class Kind(IntEnum):
 
 
 class Choice(NamedTuple):
-    """A choice and every number behind it.
+    """A choice and the quantities it follows from.
 
     Attributes:
-        kind: what it comes to.
+        kind: execute, ask, at the goal, or no action.
         action: the chosen action; None for AT_GOAL and NO_ACTION.
         action_probability: P(A | x_i, G = goal), shape [a]; all zero if none reaches the goal.
         success_probability: P(X_f = goal | x_i, A), shape [a].
         predicted: P(X_f | x_i, A = action), shape [x_f]; empty without an action.
         predicted_success: P(X_f = goal) under the action; NaN without one.
-        actions_left: how many actions there were to plan with; 1 but in the sequential mode.
+        actions_left: number of actions planned with; 1 except in sequential mode.
         plan_success: P(goal within actions_left), a first, then the best each time; shape [a].
-        plan_value: the greatest of them, what the sequential mode holds against the threshold.
+        plan_value: the greatest of them, which sequential mode compares with the threshold.
     """
 
     kind: Kind
@@ -52,8 +52,8 @@ def asks(predicted_success: float, threshold: float) -> bool:
 
     The paper words the edge both ways: "above a prespecified threshold, tau, the robot executes",
     but "the threshold below which the robot asks" under Fig 8c and "50% sure" for Table 1. None
-    of its twelve predictions equals 0.5, so Table 1 fits both. Here exactly 50% sure is enough,
-    however its sum was rounded.
+    of its twelve predictions equals 0.5, so Table 1 is consistent with both. Here exactly the
+    threshold, up to rounding, is enough to execute.
     """
     return predicted_success < threshold * (1 - TIE)
 
@@ -67,27 +67,27 @@ def choose(
     threshold: float,
     actions_left: int = 1,
 ) -> Choice:
-    """Choose what to do with an object seen in x_i that is wanted at the goal.
+    """Choose the action for an object observed in x_i whose goal is `goal`.
 
-    trajectory repeats `demonstrated`, whatever it leads to; goal_based takes a_MAP; interactive
-    takes a_MAP too, but asks when it would probably fail; sequential takes the first action of the
-    best plan with the actions that are left, and asks when even that would probably fail. Where
-    nothing can be done (the object is out of reach, no action was ever seen to reach the goal, no
-    action is left) interactive and sequential ask at any threshold and the others choose no
-    action, except that trajectory repeats what is within its reach.
+    trajectory repeats `demonstrated`; goal_based takes a_MAP; interactive takes a_MAP, but asks if
+    its predicted success is below the threshold; sequential takes the first action of the best
+    plan with the actions left, and asks if the plan's value is below the threshold. If nothing can
+    be done (object out of reach, no action ever reached the goal, no action left), interactive and
+    sequential ask at any threshold and the others choose no action; trajectory still repeats the
+    demonstrated action if the object is within reach.
 
     Args:
-        model: of the object; ties and reach follow its domain.
-        x_i: where it is.
-        goal: where it is wanted.
-        demonstrated: what trajectory repeats; may be None in the other modes.
+        model: of the object; its domain decides ties and reach.
+        x_i: its current state.
+        goal: number of the goal.
+        demonstrated: action that trajectory repeats; may be None in the other modes.
         mode: see above.
-        threshold: below which interactive and sequential ask.
-        actions_left: what sequential may plan with.
+        threshold: success probability below which interactive and sequential ask.
+        actions_left: budget of sequential.
 
     Raises:
-        ValueError: trajectory without a demonstrated action; no such state, goal, action or mode;
-            a threshold that is no probability.
+        ValueError: trajectory without a demonstrated action; an unknown state, goal, action or
+            mode; a threshold outside 0 to 1.
     """
     states, goals, actions = model.policy.shape
     mode, x_i, goal = Mode(mode), number('x_i', x_i, states), number('goal', goal, goals)
@@ -123,7 +123,7 @@ def choose(
 
 
 class _Planned(NamedTuple):
-    """The best plan seen from one state: its first action, and Choice's last three fields."""
+    """The best plan from one state: its first action, and the last three fields of Choice."""
 
     first: int
     left: int

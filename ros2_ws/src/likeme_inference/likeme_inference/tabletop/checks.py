@@ -1,4 +1,4 @@
-"""What the model refuses, each with a sentence of what was expected and what came."""
+"""Validation of the model's arguments; errors state the expected and the received value."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike
 
 from likeme_inference.tabletop.arrays import FloatArray, IntArray
 
-#: How far a sum of probabilities may be from 1, for numbers that were single precision once.
-SUM = 1e-6
+#: Tolerance of sums of probabilities, for values that were single precision.
+SUM_TOLERANCE = 1e-6
 
 
 def number(what: str, value: Any, size: int) -> int:
     """The number of one state, action or goal of `size`.
 
     Raises:
-        ValueError: it is none. NumPy would count from the end, or take True for a mask.
+        ValueError: any other value. NumPy would accept negative indices and True.
     """
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or not 0 <= value < size:
@@ -29,7 +29,7 @@ def numbers(what: str, values: ArrayLike, size: int) -> IntArray:
     """Numbers of states, actions or goals, of any shape.
 
     Raises:
-        ValueError: one of them is none.
+        ValueError: one of them is out of range.
     """
     array = np.asarray(values)
     if array.ndim == 0:
@@ -42,10 +42,10 @@ def numbers(what: str, values: ArrayLike, size: int) -> IntArray:
 
 
 def table(what: str, array: FloatArray, shape: tuple[int, ...]) -> None:
-    """Refuse what is no table of probabilities or weights of this shape.
+    """Check a table of probabilities or weights.
 
     Raises:
-        ValueError: another shape, nothing in it, or a number that is not 0 or more and finite.
+        ValueError: a wrong shape, an empty table, or values that are negative or not finite.
     """
     if array.shape != shape:
         raise ValueError(f'Expected {what} of shape {shape}, got {array.shape}.')
@@ -57,12 +57,12 @@ def table(what: str, array: FloatArray, shape: tuple[int, ...]) -> None:
 
 
 def sums_to_one(what: str, array: FloatArray) -> None:
-    """Refuse distributions along the last axis that are none.
+    """Check that distributions along the last axis sum to 1.
 
     Raises:
         ValueError: a sum that is not 1.
     """
     total = array.sum(axis=-1)
-    wrong = ~(np.abs(total - 1.0) <= SUM)
+    wrong = ~(np.abs(total - 1.0) <= SUM_TOLERANCE)
     if wrong.any():
         raise ValueError(f'Expected {what} to sum to 1, got {total[wrong].flat[0]:g}.')

@@ -1,9 +1,8 @@
 """Evidence on a state: known, or soft; for one demonstration or many.
 
-Whole numbers are known states, of any shape; real numbers are distributions over states along the
-last axis, as perception gives them. A distribution enters as virtual evidence: a node that was
-seen with likelihood p(x), every x equally likely before. Known and soft evidence broadcast against
-each other.
+Integers are known states, of any shape; floats are distributions over states along the last axis,
+as perception estimates them. A distribution enters as virtual evidence with likelihood p(x) under
+a uniform prior. Known and soft evidence broadcast against each other.
 """
 
 from __future__ import annotations
@@ -20,11 +19,11 @@ Evidence = NDArray[Any]
 
 
 def evidence(what: str, seen: ArrayLike, states: int) -> Evidence:
-    """Evidence as an array: of whole numbers where it is known, else of float64.
+    """Evidence as an array: of integers if known, else of float64.
 
     Raises:
-        ValueError: no such state; distributions over another number of states, or of what is
-            negative or not finite.
+        ValueError: an unknown state, a distribution over another number of states, or values that
+            are negative or not finite.
     """
     array = np.asarray(seen)
     if array.dtype.kind != 'f':
@@ -43,7 +42,7 @@ def evidence(what: str, seen: ArrayLike, states: int) -> Evidence:
 
 
 def known(seen: Evidence) -> bool:
-    """Whether evidence names states, rather than how probable each is."""
+    """Whether evidence is known states rather than distributions."""
     return seen.dtype.kind in 'iu'
 
 

@@ -1,9 +1,9 @@
-"""From a demonstrated change to the goal behind it (Fig 3b, 3c, 3d; Fig 8a).
+"""Inference of the goal of a demonstrated change of state (Fig 3b, 3c, 3d; Fig 8a).
 
 All functions are pure and work for any number of states, actions and goals. Axes are named:
 transition[x_i, a, x_f], goals[g, x_f] (1 where x_f fulfils g), policy[x_i, g, a], prior[g].
-Leading axes before these (objects, models) are carried through. Nothing is ever NaN: what cannot
-happen under a model tells nothing, and leaves what was believed before.
+Leading axes before these (objects, models) are batch axes. No result is NaN: a change that is
+impossible under a model leaves the prior.
 """
 
 from __future__ import annotations
@@ -15,19 +15,18 @@ from numpy.typing import ArrayLike
 
 from likeme_inference.tabletop.arrays import FloatArray
 
-#: Two probabilities of which one is less by no greater part of itself were reached by different
-#: roundings of the same sum.
+#: Relative difference up to which probabilities are equal: rounding of the same sum.
 TIE = 1e-12
 
 
 def map_index(probability: ArrayLike, prefer: tuple[int, ...] = ()) -> int:
     """Index of the greatest probability (MAP).
 
-    Ties (within a part of 1e-12) go to the first of `prefer` that is among the greatest, else to
-    the lowest index, so that the same numbers always lead to the same choice.
+    Ties (relative difference up to TIE) go to the first of `prefer` that is among the greatest,
+    else to the lowest index, so that the choice is deterministic.
 
     Raises:
-        ValueError: for no probabilities at all, or NaN among them.
+        ValueError: an empty list, or NaN.
     """
     p = np.asarray(probability, dtype=np.float64).tolist()
     if not p or any(math.isnan(v) for v in p):
@@ -47,8 +46,8 @@ def reach(transition: FloatArray, goals: FloatArray | None = None) -> FloatArray
 def direct_policy(transition: FloatArray, goals: FloatArray | None = None) -> FloatArray:
     """P(A | G = g, X_i) = P(A | X_i, X_f fulfils g), the variant the paper follows.
 
-    A is uniform a priori: policy[x_i, g, a] = reach[x_i, g, a] / sum over a. Where no action
-    reaches g from x_i the row is all zero: no action serves that goal, and none is preferred.
+    A is uniform a priori: policy[x_i, g, a] = reach[x_i, g, a] / sum over a. If no action reaches
+    g from x_i the row is all zero.
     """
     reached = reach(transition, goals)
     total = reached.sum(axis=-1, keepdims=True)
@@ -60,8 +59,8 @@ def goal_likelihood(transition: FloatArray, policy: FloatArray) -> FloatArray:
     """P(X_f | X_i, G) = sum over a of P(a | G, X_i) P(X_f | X_i, a); shape [..., x_i, x_f, g].
 
     Args:
-        transition: of whoever acts: the robot's own ("like me"), or a demonstrator's.
-        policy: what they do for a goal; all-zero rows explain nothing.
+        transition: of the agent: the robot's own ("like me"), or a demonstrator's.
+        policy: of the same agent; all-zero rows contribute nothing.
     """
     return np.asarray(np.swapaxes(policy @ transition, -1, -2))
 
@@ -74,10 +73,7 @@ def normalised(joint: FloatArray, otherwise: ArrayLike) -> FloatArray:
 
 
 def posterior_table(transition: FloatArray, policy: FloatArray, prior: ArrayLike) -> FloatArray:
-    """P(G | x_i, x_f) of every change under every model at once, shape [..., x_i, x_f, g].
-
-    What goal_posterior says of one change; leading axes (objects, models) are carried through.
-    """
+    """P(G | x_i, x_f) of every change, shape [..., x_i, x_f, g]; see goal_posterior."""
     prior = np.asarray(prior, dtype=np.float64)
     return normalised(prior * goal_likelihood(transition, policy), prior)
 
@@ -87,9 +83,8 @@ def goal_posterior(
 ) -> FloatArray:
     """P(G | x_i, x_f), proportional to P(G) P(x_f | x_i, G), actions summed out (Fig 3d).
 
-    A change that no goal can explain (the robot's own actions never did it) leaves the prior.
-    Computed anew each time. GoalModel looks it up, and takes many demonstrations, uncertain ones
-    as well.
+    A change that no goal explains (probability 0 for every goal) leaves the prior. GoalModel has
+    the posteriors precomputed, and accepts batches and uncertain states.
 
     prior[g] sums to 1; the result has the same shape.
     """
@@ -100,7 +95,7 @@ def goal_posterior(
 
 
 def map_goal(posterior: ArrayLike, x_f: int, goals: FloatArray | None = None) -> int:
-    """Mode of the goal posterior; among equals a goal that the demonstration fulfilled.
+    """Mode of the goal posterior; ties go to a goal that the demonstration fulfilled.
 
     goals: shape [g, x_f]; None: each state is a goal.
     """

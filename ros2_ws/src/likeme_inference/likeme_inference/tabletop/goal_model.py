@@ -1,6 +1,6 @@
-"""The goal-based graphical model as one value: all of Fig 3, for one demonstration or many.
+"""The goal-based graphical model of Fig 3, for single demonstrations and batches.
 
-Evidence on a state is either known or soft, and either may be a batch: see evidence.py.
+Evidence on a state is known or soft, and may be a batch: see evidence.py.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from likeme_inference.tabletop.arrays import BoolArray, FloatArray
 from likeme_inference.tabletop.checks import number, numbers, sums_to_one, table
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.evidence import evidence, known, weighed
+from likeme_inference.tabletop.finite_domain import Domain
+from likeme_inference.tabletop.goal_exploration import explored_policy
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
     goal_likelihood,
@@ -24,8 +26,6 @@ from likeme_inference.tabletop.goal_inference import (
     reach,
 )
 from likeme_inference.tabletop.planning import Plan
-from likeme_inference.tabletop.policy import explored_policy
-from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 #: The arrays of a GoalModel, by name.
@@ -34,20 +34,19 @@ TABLES = ('transition', 'goals', 'policy', 'prior', 'demonstrator', 'demonstrato
 
 @dataclass(frozen=True, eq=False)
 class GoalModel:
-    """p(G) p(A | G, X_i) p(X_f | X_i, A) of one object, for the robot and whom it watches.
+    """p(G) p(A | G, X_i) p(X_f | X_i, A) of one object, for the robot and a demonstrator.
 
-    For up to a few hundred states; more and sparse ones: SparseGoalModel.
+    For up to a few hundred states; SparseGoalModel is for more.
 
     Attributes:
         transition: the robot's own p(X_f | X_i, A), shape [x_i, a, x_f].
         goals: which states fulfil which goal, 0 or 1, shape [g, x_f].
         policy: P(A | G, X_i), shape [x_i, g, a]; rows sum to 1, or to 0 where nothing reaches g.
         prior: P(G), shape [g].
-        demonstrator: p(X_f | X_i, A) of the one who is watched, shape [x_i, a', x_f]; their
-            actions a' may be others than the robot's. The robot's own is "like me".
-        demonstrator_policy: what they do for a goal, shape [x_i, g, a'].
-        domain: what the numbers stand for: decides ties and which states are out of reach. None:
-            nothing has a name, and no state is out of reach.
+        demonstrator: p(X_f | X_i, A) of the demonstrator, shape [x_i, a', x_f]; the actions a' may
+            differ from the robot's. "Like me" is the robot's own.
+        demonstrator_policy: P(A | G, X_i) of the demonstrator, shape [x_i, g, a'].
+        domain: names, ties and states out of reach; None: no names, and no state is out of reach.
     """
 
     transition: FloatArray
@@ -60,7 +59,7 @@ class GoalModel:
 
     def __post_init__(self) -> None:
         for name in TABLES:
-            # Numbers of its own, which no caller can change afterwards.
+            # Copies, so that callers cannot change the model.
             own = np.array(getattr(self, name), dtype=np.float64)
             object.__setattr__(self, name, _read_only(own))
         for name, shape in self._shapes().items():
@@ -96,19 +95,19 @@ class GoalModel:
         demonstrator: ArrayLike | TransitionModel | None = None,
         policy: Policy = Policy.DIRECT,
     ) -> GoalModel:
-        """Build the model on a learned transition (Fig 3c).
+        """Build the model from a learned transition model (Fig 3c).
 
         Args:
-            transition: shape [x_i, a, x_f], or what was learned.
-            goals: the domain whose goals they are; or an array of shape [g, x_f]; None: each
-                state is a goal.
+            transition: shape [x_i, a, x_f], or a TransitionModel.
+            goals: the domain of the goals; or an array of shape [g, x_f]; None: each state is a
+                goal.
             prior: P(G); None: uniform.
-            demonstrator: what their actions do, by which they choose them, too; shape
-                [x_i, a', x_f]. None: the robot's own transition and policy ("like me").
+            demonstrator: transition of the demonstrator, from which its policy follows; shape
+                [x_i, a', x_f]. None: the robot's own ("like me").
             policy: which of the paper's two variants.
 
         Raises:
-            ValueError: for tables that do not fit together, or are none of probabilities.
+            ValueError: arrays that do not match, or are not probabilities.
         """
         own = _transition('transition', transition)
         other = own if demonstrator is None else _transition('demonstrator', demonstrator)
@@ -137,7 +136,7 @@ class GoalModel:
         return nowhere if self.domain is None else self.domain.stuck
 
     def aimed(self, g: int) -> tuple[int, ...]:
-        """Actions that are meant for a goal: they come first among equals."""
+        """Actions aimed at a goal, which are preferred among equals."""
         return () if self.domain is None else self.domain.aimed[g]
 
     def predict(self, x_i: ArrayLike, a: ArrayLike) -> FloatArray:
@@ -151,10 +150,9 @@ class GoalModel:
         return np.asarray(np.einsum('...x,...xf->...f', weights, rows))
 
     def action_posterior(self, x_i: ArrayLike, x_f: ArrayLike) -> FloatArray:
-        """P(A | x_i, x_f), actions equally likely before, shape [..., a] (Fig 3b).
+        """P(A | x_i, x_f) under a uniform prior of A, shape [..., a] (Fig 3b).
 
-        By the robot's own transition. A change that no action can make leaves the actions equally
-        likely.
+        By the robot's own transition. Uniform for a change that no action makes.
         """
         states, actions, _ = self.transition.shape
         here, there = evidence('x_i', x_i, states), evidence('x_f', x_f, states)
@@ -164,12 +162,12 @@ class GoalModel:
     def goal_posterior(self, x_i: ArrayLike, x_f: ArrayLike) -> FloatArray:
         """P(G | x_i, x_f), actions summed out, shape [..., g] (Fig 3d, 8a).
 
-        Whole numbers are known states, [0, 1, 0] three of them; real ones are distributions. A
-        change that no goal can explain leaves the prior.
+        Integers are known states, [0, 1, 0] three of them; floats are distributions. A change that
+        no goal explains leaves the prior.
         """
         states = len(self.transition)
         if isinstance(x_i, int) and isinstance(x_f, int):
-            # One demonstration, as it comes while the robot watches.
+            # Fast path for a single demonstration.
             at = number('x_i', x_i, states), number('x_f', x_f, states)
             return np.asarray(self._posterior[at])
         here, there = evidence('x_i', x_i, states), evidence('x_f', x_f, states)
@@ -191,7 +189,7 @@ class GoalModel:
         return np.asarray(self._reach[at])
 
     def plan(self, g: int, actions_left: int) -> Plan:
-        """The best actions for a goal; ties and reach follow the domain."""
+        """The best plan for a goal; the domain decides ties and reach."""
         goal = self.goals[number('g', g, len(self.goals))] > 0
         return planning.plan(self.transition, goal, actions_left, self.stuck, self.aimed(g))
 
@@ -206,7 +204,7 @@ class GoalModel:
 
     @cached_property
     def _posterior(self) -> FloatArray:
-        """P(G | x_i, x_f) of every change, shape [x_i, x_f, g]: a look-up answers a query."""
+        """P(G | x_i, x_f) of every change, shape [x_i, x_f, g]."""
         return _read_only(posterior_table(self.demonstrator, self.demonstrator_policy, self.prior))
 
 

@@ -1,4 +1,4 @@
-"""Goal-based imitation as functions: demonstration -> belief -> decision -> question (Methods)."""
+"""Goal-based imitation: demonstration -> belief -> decision -> help request (Methods)."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from likeme_inference.tabletop.values import Decision, GoalBelief, HelpRequest
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What may change from one decision to the next.
+class ImitationSettings:
+    """Settings of a decision.
 
     Attributes:
         threshold: predicted success (sequential: value of the best plan) below which it asks.
-        action_budget: actions the sequential mode may spend on one demonstration.
-        policy: where P(A | G, X_i) comes from.
-        concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood, as the
-            paper has it.
-        shared_prior: whether instead the trials of all objects choose the prior together.
-        soft_evidence: whether perception's probabilities of x_i and x_f count, or their modes.
+        action_budget: actions per demonstration in sequential mode.
+        policy: variant of P(A | G, X_i).
+        concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood, as in
+            the paper.
+        shared_prior: whether a prior fitted to the trials of all objects is used instead.
+        soft_evidence: whether perception's probabilities of x_i and x_f are used, or their modes.
         goal_prior: P(G), indexed by State; sums to 1.
         turn_timeout: s of stamps in which the object must be put back after a demonstration.
-        turn_delay: s of stamps for which the object must be seen settled off the goal before the
-            robot takes its turn, so that a demonstration still on its way is heard first; not
-            waited for once the object was seen being put back.
-        outcome_timeout: s of stamps in which a settled view must follow the motion.
+        turn_delay: s of stamps for which the object must be settled off the goal before the robot
+            decides, so that a demonstration that is still being processed arrives first; 0 once
+            the object was observed being put back.
+        outcome_timeout: s of stamps in which a settled table state must follow the motion.
     """
 
     mode: Mode = Mode.INTERACTIVE
@@ -68,11 +68,11 @@ class Settings:
             raise ValueError(f'Expected 0 pseudo-counts or more, got {self.concentration:g}.')
 
 
-def believe(model: RobotModel, settings: Settings, demo: Demonstration) -> GoalBelief:
+def believe(model: RobotModel, settings: ImitationSettings, demo: Demonstration) -> GoalBelief:
     """Infer the goal of a demonstration by the robot's own model ("like me").
 
     Raises:
-        ValueError: for an object the robot never tried.
+        ValueError: an object without trials.
     """
     soft = settings.soft_evidence
     x_i, x_f = (
@@ -100,15 +100,18 @@ def believe(model: RobotModel, settings: Settings, demo: Demonstration) -> GoalB
 
 def decide(
     model: RobotModel,
-    settings: Settings,
+    settings: ImitationSettings,
     demo: Demonstration,
     view: TableSnapshot,
     number: int,
     actions_spent: int = 0,
 ) -> Decision:
-    """Choose what to do about a demonstration on the table as it is now.
+    """Decide on a demonstration, given the current table state.
 
     actions_spent: by earlier decisions on the same demonstration (sequential mode).
+
+    Raises:
+        ValueError: an object without trials.
     """
     belief = believe(model, settings, demo)
     x_i, goal, mode, tau = view.states[demo.object], belief.goal, settings.mode, settings.threshold
@@ -134,14 +137,14 @@ def decide(
     )
 
 
-def _goal_model(model: RobotModel, settings: Settings, name: str) -> GoalModel:
+def _goal_model(model: RobotModel, settings: ImitationSettings, name: str) -> GoalModel:
     return model.goal_model(
         name, settings.goal_prior, settings.policy, settings.concentration, settings.shared_prior
     )
 
 
 def help_request(asking: Decision) -> HelpRequest:
-    """Word the question that goes with a decision to ask."""
+    """The help request of a decision to ask."""
     assert asking.action is not None, 'A decision to ask names the best action.'
     return HelpRequest(
         stamp=asking.stamp,

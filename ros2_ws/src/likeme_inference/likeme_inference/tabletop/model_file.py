@@ -1,25 +1,24 @@
-"""Model files: trial counts as text that people read and edit, format 1.
+"""Model files: trial counts as editable text, format 1.
 
 Comma-separated lines, `#` comments and empty lines anywhere, in this order:
 
     likeme_transition_model,1           format and its version
     name,chung2015_robot                name and version of the model
     version,1
-    source,paper,"Where, by whom, ..."  one line a source: key, sentence; at least one
+    source,paper,"Where, by whom, ..."  one line per source: key, text; at least one
     states,LEFT,RIGHT,OFFTABLE
     actions,PLACE_LEFT,...              names in the order of their numbers
-    goal,TIDY,LEFT,RIGHT                a goal and its states; without any, each state is a goal
-    aim,PLACE_LEFT,LEFT                 the goal an action is meant for, if any; decides ties
-    out_of_reach,OFFTABLE               a state the robot cannot take an object from
+    goal,TIDY,LEFT,RIGHT                a goal and its states; none: each state is a goal
+    aim,PLACE_LEFT,LEFT                 the goal an action is aimed at, if any; decides ties
+    out_of_reach,OFFTABLE               a state from which the robot cannot move an object
     object,x_i,action,LEFT,RIGHT,OFFTABLE,source
-    pear,LEFT,PLACE_LEFT,10,0,0,paper   how often x_f was LEFT, RIGHT, OFFTABLE, by that source
+    pear,LEFT,PLACE_LEFT,10,0,0,paper   counts of x_f LEFT, RIGHT, OFFTABLE from that source
     ...
-    end,54,540                          rows and trials above: a torn file has no such line
+    end,54,540                          rows and trials above; detects truncated files
 
-Lines of goal, aim and out_of_reach are left out for the tabletop, which knows its own
-(domain.TABLETOP). Rows that are missing were never tried. The same row may come from several
-sources: counts add up. Names are words of one line, without spaces around them; an object is not
-called `end`, nor does its name begin with `#`.
+The lines goal, aim and out_of_reach are omitted for the tabletop (domain.TABLETOP). Missing rows
+are pairs without trials. Counts of the same row from several sources are added. Names are single
+lines without spaces around them; an object is not named `end`, nor does its name start with `#`.
 """
 
 from __future__ import annotations
@@ -60,11 +59,10 @@ def load(path: str | Path) -> RobotModel:
 
 
 def load_tabletop(path: str | Path) -> RobotModel:
-    """Read a model of the paper's table, for what works there alone.
+    """Read a model of the paper's tabletop.
 
     Raises:
-        ModelFileError: as `load`; or the states, actions, goals, aims or reach are others; or it
-            knows no object.
+        ModelFileError: as `load`; or another domain than TABLETOP; or no object.
     """
     model = load(path)
     ours, theirs = TABLETOP, model.domain
@@ -85,7 +83,7 @@ def load_tabletop(path: str | Path) -> RobotModel:
 
 
 def save(model: RobotModel, path: str | Path) -> None:
-    """Write a model file whole or not at all: a reader never sees half of it.
+    """Write a model file atomically.
 
     Raises:
         ModelFileError: see `format_model`.
@@ -103,7 +101,7 @@ def format_model(model: RobotModel) -> str:
     """Write a model as the text of its file; `parse` gives it back.
 
     Raises:
-        ModelFileError: a name that the format cannot hold, or no source.
+        ModelFileError: a name that the format cannot represent, or no source.
     """
     text = io.StringIO()
     out = csv.writer(text, lineterminator='\n')
@@ -121,12 +119,12 @@ def format_model(model: RobotModel) -> str:
         for row in model.rows
     )
     out.writerow(['end', len(model.rows), sum(sum(row.counts) for row in model.rows)])
-    _check_whole(model, text.getvalue())
+    _check_round_trip(model, text.getvalue())
     return text.getvalue()
 
 
-def _check_whole(model: RobotModel, text: str) -> None:
-    """Whatever a name does to the format, what is written is what will be read."""
+def _check_round_trip(model: RobotModel, text: str) -> None:
+    """Check that parsing the text gives the model back."""
     try:
         text.encode('utf-8')
         same = parse(text) == model

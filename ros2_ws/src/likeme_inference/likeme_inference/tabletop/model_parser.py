@@ -1,4 +1,4 @@
-"""Reading the text of a model file (model_file.py has the format), with the line of each fault."""
+"""Parser of model files (format: model_file.py); errors state the line."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import unicodedata
 from collections.abc import Iterator, Mapping
 
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
-from likeme_inference.tabletop.spaces import Domain
 
 FORMAT = ['likeme_transition_model', '1']
 
 Line = tuple[int, list[str]]
 _END_OF_FILE = ['(end of file)']
-#: Digits of a count: with more, not every whole number is a double.
+#: Counts of up to 15 digits are exact as doubles.
 _COUNT = re.compile('[0-9]{1,15}')
 
 
 class ModelFileError(ValueError):
-    """A model file that cannot be used: which line, and why."""
+    """A model file that cannot be used; the message states the line and the reason."""
 
 
 def parse(text: str) -> RobotModel:
@@ -44,12 +44,12 @@ def header(domain: Domain) -> list[str]:
 
 
 def _domain(first: Line, lines: Iterator[Line]) -> tuple[Domain, Line]:
-    """Read what the rows are about, and the line after it."""
+    """Read the domain, and return it with the line after it."""
     states, actions = _listed(first, 'states'), _listed(next(lines), 'actions')
     known = {'state': dict.fromkeys(states), 'action': dict.fromkeys(actions)}
     goals: dict[str, tuple[str, ...]] = {}
     aims: dict[str, str] = {}
-    stuck: set[str] = set()
+    out_of_reach: set[str] = set()
     for number, fields in lines:
         match fields:
             case ['goal', goal, *members] if members and goal and goal not in goals and not aims:
@@ -59,7 +59,7 @@ def _domain(first: Line, lines: Iterator[Line]) -> tuple[Domain, Line]:
                 _all_known(number, [goal], 'goal', goals or known['state'])
                 aims[action] = goal
             case ['out_of_reach', state]:
-                stuck.update(_all_known(number, [state], 'state', known['state']))
+                out_of_reach.update(_all_known(number, [state], 'state', known['state']))
             case ['goal' | 'aim' | 'out_of_reach', *_]:
                 raise _wrong(
                     number,
@@ -68,10 +68,13 @@ def _domain(first: Line, lines: Iterator[Line]) -> tuple[Domain, Line]:
                 )
             case _:
                 plain = (states, actions) == (TABLETOP.states, TABLETOP.actions)
-                if plain and not (goals or aims or stuck):
+                if plain and not (goals or aims or out_of_reach):
                     return TABLETOP, (number, fields)
-                return Domain(states, actions, goals, aims, frozenset(stuck)), (number, fields)
-    raise AssertionError('The line that says the file ends ends the domain.')
+                return Domain(states, actions, goals, aims, frozenset(out_of_reach)), (
+                    number,
+                    fields,
+                )
+    raise AssertionError('The end-of-file line ends the domain.')
 
 
 def _listed(line: Line, key: str) -> tuple[str, ...]:
@@ -94,7 +97,7 @@ def _all_known(
 
 
 def _lines(text: str) -> Iterator[Line]:
-    """Give the lines that say something with their numbers, at last one for the file's end."""
+    """The lines that are not empty or comments, with their numbers, then an end-of-file line."""
     number = 0
     for number, line in enumerate(text.splitlines(), start=1):
         if line.strip() and not line.lstrip().startswith('#'):
@@ -132,7 +135,7 @@ def _value(lines: Iterator[Line], key: str) -> str:
 
 
 def _sources(lines: Iterator[Line]) -> tuple[dict[str, str], Line]:
-    """Read all source lines and the line after them."""
+    """Read the source lines, and return them with the line after them."""
     sources: dict[str, str] = {}
     for number, fields in lines:
         if fields[0] != 'source' and sources:
@@ -142,11 +145,11 @@ def _sources(lines: Iterator[Line]) -> tuple[dict[str, str], Line]:
         if fields[1] in sources:
             raise _wrong(number, f'expected each source once, got {fields[1]!r} again')
         sources[fields[1]] = fields[2]
-    raise AssertionError('The line that says the file ends is no source.')
+    raise AssertionError('The end-of-file line is not a source.')
 
 
 def _rows(lines: Iterator[Line], sources: dict[str, str], domain: Domain) -> Iterator[TrialCounts]:
-    """Read all rows of counts; the end line must agree with them, and nothing may follow it."""
+    """Read the rows of counts and check the end line."""
     seen: dict[tuple[str, int, int, str], int] = {}
     trials = 0
     places = [{name: i for i, name in enumerate(n)} for n in (domain.states, domain.actions)]

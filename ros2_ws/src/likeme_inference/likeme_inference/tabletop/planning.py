@@ -1,13 +1,12 @@
-"""Acting more than once: look, act, look again with the actions left (paper: future work).
+"""Finite-horizon planning with an observation after every action (paper: future work).
 
-Value iteration over a finite number of actions. With k actions left and an object seen in x, the
-value of a goal is
+Value iteration. With k actions left and an object observed in x, the value of a goal is
 
     V_0(x) = 1 if x fulfils the goal, else 0
     V_k(x) = 1 if x fulfils it, else max over a of sum over x' of p(x' | x, a) V_{k-1}(x'),
 
-V_k(x) = V_0(x) where x is out of reach: what falls off the table stays there, so plans avoid it.
-The value is the probability to reach the goal in k actions when each is chosen best after a look.
+V_k(x) = V_0(x) where x is out of reach: an object off the table stays there. The value is the
+probability to reach the goal within k actions under the optimal policy.
 """
 
 from __future__ import annotations
@@ -20,12 +19,12 @@ from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
 from likeme_inference.tabletop.checks import number, sums_to_one
 from likeme_inference.tabletop.goal_inference import TIE
 
-#: What `Plan.action` holds at the goal, out of reach, and where no action can help.
+#: `Plan.action` at the goal, out of reach, and where no action can reach the goal.
 NO_ACTION = -1
 
 
 class Plan(NamedTuple):
-    """The best actions for one goal, under one model or (leading axes) each of several.
+    """Optimal values and actions for one goal; leading axes are models.
 
     Attributes:
         value: P(goal reached with k actions left), shape [..., k, x], k from 0 to the budget.
@@ -45,17 +44,17 @@ def plan(
     stuck: BoolArray | None = None,
     prefer: tuple[int, ...] = (),
 ) -> Plan:
-    """Find the best action for every state and number of actions left.
+    """Find the optimal action for every state and number of actions left.
 
     Args:
         transition: shape [..., x_i, a, x_f]; leading axes are objects, or models of one.
         goal: which states fulfil the goal, shape [x].
         actions_left: the budget, 0 or more.
-        stuck: states the robot cannot act from, shape [x]; None: there is none.
-        prefer: of equally good actions the first of these is taken, else the lowest number.
+        stuck: states from which the robot cannot act, shape [x]; None: none.
+        prefer: ties go to the first of these actions, else to the lowest number.
 
     Raises:
-        ValueError: for a negative budget, other shapes, rows that do not sum to 1.
+        ValueError: a negative budget, wrong shapes, or rows that do not sum to 1.
     """
     *models, states, actions, _ = transition.shape
     if actions_left < 0:
@@ -86,12 +85,11 @@ def qualities(
     Args:
         transition: shape [..., x_i, a, x_f].
         goals: which states fulfil which goal, shape [g, x].
-        resting: where nothing is left to do for a goal, or nothing can be done, shape [g, x].
+        resting: where a goal is reached or the object is out of reach, shape [g, x].
         budget: the greatest k.
 
     Returns:
-        For k from 1 to the budget, each of shape [..., g, x, a]; at rest, too, where it is not
-        acted upon.
+        For k from 1 to the budget, each of shape [..., g, x, a]; not meaningful at rest.
     """
     *models, states, actions, _ = transition.shape
     flat = transition.reshape(*models, states * actions, states)
@@ -105,14 +103,14 @@ def qualities(
 
 
 def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatArray:
-    """Where following a plan leads: P(X after n actions), shape [..., actions + 1, x], exact.
+    """P(X after n actions) under a plan, exact; shape [..., actions + 1, x].
 
     Args:
-        transition: what really happens, shape [..., x_i, a, x_f]; need not be what was planned on.
+        transition: of the world, shape [..., x_i, a, x_f]; may differ from the planned-on model.
             Leading axes are worlds.
-        best: a plan for at least `actions` actions: one for all worlds, or one for each.
-        x_i: where the object is now.
-        actions: how many are taken.
+        best: a plan of at least `actions` actions: one for all worlds, or one for each.
+        x_i: initial state.
+        actions: number of actions.
     """
     *worlds, states, _, _ = transition.shape
     if actions >= best.value.shape[-2]:
@@ -132,9 +130,9 @@ def spread(transition: FloatArray, best: Plan, x_i: int, actions: int) -> FloatA
 
 
 def best_actions(quality: FloatArray, order: IntArray) -> IntArray:
-    """The best of the actions along the last axis; NO_ACTION where none has any quality.
+    """The best action along the last axis; NO_ACTION where all qualities are 0.
 
-    order: position of each action among equals (within rounding), broadcasts to the quality.
+    order: rank of each action among ties, broadcasts to the quality.
     """
     best = quality.max(axis=-1, keepdims=True)
     ties = quality >= best * (1 - TIE)
@@ -143,10 +141,10 @@ def best_actions(quality: FloatArray, order: IntArray) -> IntArray:
 
 
 def rank(actions: int, prefer: tuple[int, ...]) -> IntArray:
-    """Position of each action in the order in which ties are decided, shape [a].
+    """Rank of each action in deciding ties, shape [a].
 
     Raises:
-        ValueError: `prefer` names an action twice, or one that there is not.
+        ValueError: an unknown or repeated action in `prefer`.
     """
     if len(set(prefer)) < len(prefer) or not set(prefer) <= set(range(actions)):
         raise ValueError(f'Expected some of {actions} actions, each once, got {prefer}.')

@@ -1,4 +1,4 @@
-"""All a robot learned by its own trials: a model per object, each count with its source."""
+"""Trial counts of a robot with their sources, and the models learned from them per object."""
 
 from __future__ import annotations
 
@@ -14,17 +14,21 @@ import numpy as np
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import TABLETOP, Policy
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.goal_model import GoalModel
-from likeme_inference.tabletop.shared_prior import fitted, shared_prior
-from likeme_inference.tabletop.spaces import Domain
+from likeme_inference.tabletop.shared_prior import fit_weights, shared_prior
 from likeme_inference.tabletop.transition_model import TransitionModel
+
+#: Goal models that are kept for the next call. A decision needs one per object; others belong to
+#: settings that were changed since, of which a node that runs for long may see any number.
+GOAL_MODELS_KEPT = 64
 
 
 class TrialCounts(NamedTuple):
-    """What became of the trials of one action from one state, as one source reports them.
+    """Outcome counts of one action from one state, from one source.
 
     Attributes:
-        counts: how often the object ended in each state, shape [x_f].
+        counts: trials per final state, shape [x_f].
         source: key of RobotModel.sources.
     """
 
@@ -37,12 +41,12 @@ class TrialCounts(NamedTuple):
 
 @dataclass(frozen=True)
 class RobotModel:
-    """A named, versioned collection of trial counts and the transition models that follow from it.
+    """Named, versioned trial counts and the models that follow from them.
 
     Attributes:
-        sources: key -> where the trials were made, for people.
-        rows: at most one for each object, x_i, action and source; several sources add up.
-        domain: whose states and actions the rows count.
+        sources: key -> description of where the trials were made.
+        rows: at most one per object, x_i, action and source; counts of sources are added.
+        domain: of the rows' states and actions.
     """
 
     name: str
@@ -78,17 +82,17 @@ class RobotModel:
             raise ValueError(f'Expected {states} whole counts of 0 or more, got {row.counts}.')
 
     def __reduce__(self) -> tuple[type[RobotModel], tuple[object, ...]]:
-        """Pickle by the arguments: views of mappings cannot be."""
+        """Pickle by the arguments, as mapping proxies cannot be pickled."""
         return RobotModel, (self.name, self.version, dict(self.sources), self.rows, self.domain)
 
     @property
     def label(self) -> str:
-        """Name and version, as messages and figures quote it."""
+        """Name and version, as used in messages and figures."""
         return f'{self.name} {self.version}'
 
     @cached_property
     def objects(self) -> Mapping[str, TransitionModel]:
-        """Object name -> its transition model, in order of first mention."""
+        """Object name -> transition model, in the order of the rows."""
         totals: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.int64]]] = {}
         for row in self.rows:
             zero = np.zeros(self.domain.shape, dtype=np.int64)
@@ -96,10 +100,10 @@ class RobotModel:
         return MappingProxyType({name: TransitionModel(counts) for name, counts in totals.items()})
 
     def model_of(self, name: str) -> TransitionModel:
-        """Give the transition model of one object.
+        """The transition model of one object.
 
         Raises:
-            ValueError: for an object the robot never tried.
+            ValueError: an object without trials.
         """
         if name not in self.objects:
             raise ValueError(f'Expected one of the objects {list(self.objects)}, got {name!r}.')
@@ -108,15 +112,15 @@ class RobotModel:
     def counted(
         self, name: str, concentration: float = 0.0, shared: bool = False
     ) -> TransitionModel:
-        """The trials of one object with a prior.
+        """The transition model of one object with a prior.
 
         Args:
             name: of the object.
             concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood.
-            shared: instead the prior that the trials of all objects choose.
+            shared: use the prior fitted to the trials of all objects instead.
 
         Raises:
-            ValueError: for an object the robot never tried; a shared prior of another table's.
+            ValueError: an object without trials; a shared prior for another domain than TABLETOP.
         """
         counts = self.model_of(name).counts
         return TransitionModel(counts, self._shared_prior[name] if shared else concentration)
@@ -127,7 +131,7 @@ class RobotModel:
         if self.domain != TABLETOP:
             raise ValueError('Expected the states and actions of the tabletop, got others.')
         counts = np.array([known.counts for known in self.objects.values()], dtype=np.float64)
-        prior = shared_prior(counts, fitted(counts, rounds=3))
+        prior = shared_prior(counts, fit_weights(counts, rounds=3))
         return dict(zip(self.objects, prior, strict=True))
 
     def goal_model(
@@ -138,7 +142,7 @@ class RobotModel:
         concentration: float = 0.0,
         shared: bool = False,
     ) -> GoalModel:
-        """Give the goal-based model of one object; made once for each set of arguments.
+        """The goal model of one object; the latest GOAL_MODELS_KEPT are cached.
 
         Args:
             name: of the object.
@@ -148,12 +152,14 @@ class RobotModel:
             shared: see `counted`.
 
         Raises:
-            ValueError: see `counted`; no such policy, no such prior.
+            ValueError: see `counted`; an unknown policy or an invalid prior.
         """
         policy = Policy(policy)
         goal_prior = None if goal_prior is None else tuple(goal_prior)
         key = name, goal_prior, policy, concentration, shared
         if key not in self._goal_models:
+            if len(self._goal_models) == GOAL_MODELS_KEPT:
+                self._goal_models.pop(next(iter(self._goal_models)))
             self._goal_models[key] = GoalModel.of(
                 self.counted(name, concentration, shared), self.domain, goal_prior, policy=policy
             )

@@ -1,4 +1,7 @@
-"""What the robot says of beliefs, decisions and outcomes: a sentence each, with the numbers."""
+"""Sentences for beliefs, decisions, questions and outcomes.
+
+The texts are part of recorded decision logs.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from likeme_inference.tabletop.values import Decision, Result
 
 
 def belief(demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
-    """Say what was seen and what it seems to be for."""
+    """Describe a demonstration and the inferred goal."""
     how = 'placed' if demo.manner is Manner.PLACE else 'pushed'
     rest = ', '.join(f'{g.name} {posterior[g]:.2f}' for g in State if g is not goal)
     return (
@@ -24,7 +27,7 @@ def belief(demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
 def decision(
     choice: Choice, name: str, x_i: State, goal: State, mode: Mode, threshold: float
 ) -> str:
-    """Say what is done and why."""
+    """Describe a choice and its reason."""
     if choice.kind is Kind.AT_GOAL:
         return f'The {name} is {goal.name} already, where it is wanted: nothing to do.'
     here = f'The {name} is {x_i.name} and wanted {goal.name}'
@@ -43,7 +46,7 @@ def decision(
 
 
 def _planned(here: str, best: str, works: str, choice: Choice, threshold: float) -> str:
-    """Say what is done with the actions that are left."""
+    """Describe a choice in sequential mode."""
     left = choice.actions_left
     if left == 0:
         return f'{here}, and my actions are spent: I ask.'
@@ -61,7 +64,7 @@ def _exact(threshold: float) -> str:
 
 
 def question(name: str, x_i: State, goal: State, action: Action, predicted: float) -> str:
-    """Ask the operator."""
+    """The question of a help request."""
     if predicted == 0:
         return (
             f'I want the {name} to be {goal.name}, but from {x_i.name} I know no way there. '
@@ -81,7 +84,7 @@ def outcome(
     x_f: State | None,
     motion: MotionOutcome | None,
 ) -> str:
-    """Say how it ended, as the camera saw it."""
+    """Describe the outcome as observed by the camera."""
     name, goal = decision.object, decision.goal.name
     if result is Result.SKIPPED:
         return f'The {name} stays where it is: the operator skipped my question.'
@@ -97,5 +100,5 @@ def outcome(
 
 
 def arm_failed(name: str, action: Action, message: str) -> str:
-    """Say why nothing came of an action."""
+    """Describe a motion that failed."""
     return f'{action.name} of the {name} failed: {message} I will not repeat it.'

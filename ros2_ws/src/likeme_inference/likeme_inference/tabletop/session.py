@@ -1,21 +1,21 @@
-"""The imitation session: from a demonstration to an outcome, one decision or several.
+"""The imitation session: the state machine from a demonstration to its outcome.
 
     IDLE --demonstration--> TURN --object settled off the goal--> ACTING or ASKING
     ACTING --motion ended--> CONFIRMING --settled view--> IDLE
     ASKING --try--> ACTING;  --done by hand--> CONFIRMING;  --skip--> IDLE
     CONFIRMING --missed, in sequential mode--> TURN, with one action less
 
-In TURN the robot first says AT_GOAL once if the object is where it is wanted, and then waits until
-the person puts it back or somebody resets the table. A demonstration that takes the same object
-back is that, not a new goal; any other demonstration replaces the belief. While a decision is
-under way demonstrations are left aside: those of an object the robot asked about are the help
-itself, others have to be shown again. A turn that nobody gives within `turn_timeout` is over.
+In TURN an object at its goal gives one AT_GOAL decision; the session then waits until the object
+is put back, by the person or a reset. A demonstration that moves the same object back is taken as
+that, not as a new goal; any other demonstration replaces the belief. While a decision is under way
+(ACTING, ASKING, CONFIRMING) demonstrations are ignored, with a Remark: those of an object the
+robot asked about are the requested help, others have to be repeated. TURN ends after
+`turn_timeout`.
 
-In sequential mode a miss is followed by a new look and a new decision on the actions that are
-left, until the goal is reached or the robot asks; after an answer, a hold, or a motion that
-nothing is known of, the robot does not go on by itself.
+In sequential mode a miss is followed by another decision with the actions left, until the goal is
+reached or the robot asks; not after an answer, a hold, or a motion of unknown outcome.
 
-Time comes in as stamps (ns) of what the camera saw. No ROS, no clock, no thread.
+Time is the stamps (ns) of the table states. No ROS, no clock, no thread.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Mode, State
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import Settings, believe, decide
+from likeme_inference.tabletop.imitation import ImitationSettings, believe, decide
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.values import (
     Decision,
@@ -41,12 +41,12 @@ from likeme_inference.tabletop.values import (
 )
 
 SECOND = 1_000_000_000
-#: A stamp older than the last by this much is no late frame: time began anew (a bag, a new cell).
+#: A stamp older than the last by more is not a late frame: time restarted (a bag, a new cell).
 TIME_JUMP = 1 * SECOND
 
 
 class Phase(Enum):
-    """Where a session stands; see the module's diagram."""
+    """State of a session; see the module's diagram."""
 
     IDLE = auto()
     TURN = auto()
@@ -56,22 +56,23 @@ class Phase(Enum):
 
 
 class ImitationSession:
-    """One robot imitating one demonstration at a time: the only state of the tabletop model.
+    """One robot that imitates one demonstration at a time.
 
     Attributes:
-        settings: taken up by the next decision.
-        phase: where the session stands.
+        settings: used from the next decision on.
+        model: the robot's own experience; used from the next decision on.
+        phase: the current state.
         decision: the last decision, and the one under way while ACTING, ASKING or CONFIRMING.
     """
 
-    def __init__(self, model: RobotModel, settings: Settings | None = None) -> None:
-        self.settings = settings or Settings()
+    def __init__(self, model: RobotModel, settings: ImitationSettings | None = None) -> None:
+        self.settings = settings or ImitationSettings()
         self.phase = Phase.IDLE
         self.decision: Decision | None = None
-        self._model = model
+        self.model = model
         self._demo: Demonstration | None = None
         self._turn_from = 0
-        self._told_at_goal = False
+        self._at_goal_reported = False
         self._put_back = False
         self._off_goal_since: int | None = None
         self._latest: TableSnapshot | None = None
@@ -84,29 +85,18 @@ class ImitationSession:
         self._spent = 0
 
     @property
-    def model(self) -> RobotModel:
-        """The robot's own experience, taken up by the next decision."""
-        return self._model
-
-    @model.setter
-    def model(self, model: RobotModel) -> None:
-        self._model = model
-        if self.phase is Phase.TURN and self._demonstrated.object not in model.objects:
-            self.phase = Phase.IDLE
-
-    @property
     def last_view(self) -> int:
-        """Stamp of the newest view looked at, ns."""
+        """Stamp of the latest table state, ns."""
         return self._last_view
 
     def observe_demonstration(self, demo: Demonstration) -> GoalBelief | Remark:
-        """Take in a human act: a new goal, or part of what is going on already.
+        """Process a demonstration: a new goal, or part of the current decision.
 
         Raises:
-            ValueError: for an object the robot never tried.
+            ValueError: an object without trials.
         """
         if self.phase in (Phase.ACTING, Phase.ASKING, Phase.CONFIRMING):
-            return self._set_aside(demo)
+            return self._ignore(demo)
         if self._closed is not None:
             name, until = self._closed
             if demo.object == name and demo.start <= until:
@@ -114,14 +104,14 @@ class ImitationSession:
         if self.phase is Phase.TURN and self._is_put_back(demo):
             self._put_back, self._turn_from = True, demo.stamp
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: my turn.')
-        belief = believe(self._model, self.settings, demo)
+        belief = believe(self.model, self.settings, demo)
         self.phase, self._demo, self._turn_from = Phase.TURN, demo, demo.stamp
-        self._told_at_goal, self._put_back, self._off_goal_since = False, False, None
+        self._at_goal_reported, self._put_back, self._off_goal_since = False, False, None
         self._spent = 0
         return belief
 
     def look(self, view: TableSnapshot) -> Decision | Outcome | Remark | None:
-        """Take in what the camera saw; views older than the last are dropped."""
+        """Process a table state; older ones than the last are dropped."""
         if view.stamp < self._last_view:
             return self._time_jumped(view) if self._last_view - view.stamp > TIME_JUMP else None
         self._latest, self._last_view = view, view.stamp
@@ -132,11 +122,11 @@ class ImitationSession:
         return None
 
     def look_again(self) -> Decision | Outcome | Remark | None:
-        """Look at the newest view once more: after a demonstration, which it may have outrun."""
+        """Process the latest table state again, after a demonstration of the same frame."""
         return None if self._latest is None else self.look(self._latest)
 
     def motion_finished(self, report: MotionReport) -> Outcome | None:
-        """Hear the arm on the decided action; None when the camera has to tell the rest."""
+        """Process the arm's report; None if the camera decides the outcome."""
         decision = self._under_way(Phase.ACTING)
         if report.outcome is None or not report.outcome.moved:
             assert decision.action is not None, 'Only actions are executed.'
@@ -147,7 +137,7 @@ class ImitationSession:
         return None
 
     def answered(self, reply: Reply) -> Outcome | None:
-        """Hear the operator; after TRY_ANYWAY the caller executes `decision.action`."""
+        """Process the operator's reply; after TRY_ANYWAY the caller executes `decision.action`."""
         self._under_way(Phase.ASKING)
         if reply is Reply.SKIP:
             return self._close(Result.SKIPPED)
@@ -159,7 +149,7 @@ class ImitationSession:
         return None
 
     def nothing_seen(self) -> Outcome:
-        """Give up waiting for a camera that fell silent."""
+        """Close the decision when no table state arrives."""
         self._under_way(Phase.CONFIRMING)
         return self._close(Result.NOT_SEEN)
 
@@ -177,7 +167,7 @@ class ImitationSession:
         late = demo.stamp - self._demonstrated.stamp > self.settings.turn_timeout * SECOND
         return demo.undoes(self._demonstrated) and not late
 
-    def _set_aside(self, demo: Demonstration) -> Remark:
+    def _ignore(self, demo: Demonstration) -> Remark:
         decision = self._under_way(self.phase)
         if demo.start <= decision.stamp and self._is_put_back(demo):
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: I am at it already.')
@@ -196,17 +186,23 @@ class ImitationSession:
             return Remark(
                 f'Nobody put {demo.object} back within {settings.turn_timeout:g} s: I let it be.'
             )
+        if demo.object not in self.model.objects:
+            # The model was replaced since the demonstration.
+            self.phase = Phase.IDLE
+            return Remark(
+                f'{self.model.label} has no trials of {demo.object}: its demonstration is dropped.'
+            )
         old = view.stamp < self._turn_from
         if old or not view.settled or demo.object not in view.states:
             self._off_goal_since = None
             return None
-        decision = decide(self._model, settings, demo, view, self._decisions + 1, self._spent)
+        decision = decide(self.model, settings, demo, view, self._decisions + 1, self._spent)
         if decision.kind is Kind.AT_GOAL and self._spent:
             return self._begin(decision, Phase.IDLE)
         if decision.kind is Kind.AT_GOAL:
             self._off_goal_since = None
-            told, self._told_at_goal = self._told_at_goal, True
-            return None if told else self._begin(decision, Phase.TURN)
+            reported, self._at_goal_reported = self._at_goal_reported, True
+            return None if reported else self._begin(decision, Phase.TURN)
         if self._off_goal_since is None:
             self._off_goal_since = view.stamp
         waited = view.stamp - self._off_goal_since
@@ -230,17 +226,17 @@ class ImitationSession:
         if view.settled and x_f is not None:
             result = Result.REACHED if x_f == decision.goal else Result.MISSED
             outcome = self._close(result, view, x_f)
-            if result is Result.MISSED and self._goes_on(decision):
+            if result is Result.MISSED and self._continues(decision):
                 self.phase, self._turn_from, self._put_back = Phase.TURN, view.stamp, True
             return outcome
         late = view.stamp - self._motion_end > self.settings.outcome_timeout * SECOND
         return self.nothing_seen() if late else None
 
-    def _goes_on(self, decision: Decision) -> bool:
-        """Whether a miss is followed by another decision: no person has stepped in."""
+    def _continues(self, decision: Decision) -> bool:
+        """Whether a miss is followed by another decision."""
         stopped = self._motion in (MotionOutcome.HELD, MotionOutcome.FAILED)
-        alone = decision.kind is Kind.EXECUTE and not stopped
-        return decision.mode is Mode.SEQUENTIAL and alone
+        autonomous = decision.kind is Kind.EXECUTE and not stopped
+        return decision.mode is Mode.SEQUENTIAL and autonomous
 
     def _time_jumped(self, view: TableSnapshot) -> Outcome | Remark | None:
         self._latest, self._last_view, self._closed = view, view.stamp, None
@@ -259,7 +255,7 @@ class ImitationSession:
         motion: MotionOutcome | None = None,
         sentence: str = '',
     ) -> Outcome:
-        """End the decision under way."""
+        """Close the decision under way."""
         decision = self._under_way(self.phase)
         motion = self._motion if motion is None else motion
         by_robot = self._actor is Actor.ROBOT

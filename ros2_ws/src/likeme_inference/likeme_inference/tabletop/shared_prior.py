@@ -1,11 +1,10 @@
-"""A Dirichlet prior that the trials themselves choose, shared by all objects (empirical Bayes).
+"""A Dirichlet prior shared by all objects and fitted to their trials (empirical Bayes).
 
 alpha[object, x_i, a, x_f] = aimed_prior(stay, aimed, elsewhere) + share * trials of other objects.
 
-What an action does to one object is a weak hint of what it does to another; how weak, and how much
-an action does what it is meant for, is found by the marginal likelihood of the trials at hand. The
-starting numbers are no world's: one trial's worth each for staying and for what is aimed at, a
-tenth for the rest and of every other object's trial; each may move about a factor e (log-normal).
+The four weights maximise the marginal likelihood of the trials times a log-normal prior (standard
+deviation 1) around the start values: one pseudo-count each for the initial and the target state,
+0.1 for other states, and 0.1 per trial of another object.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from likeme_core.tabletop import Action
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import aimed_prior
 
-#: Factors by which the search moves one number at a time.
+#: Factors of the coordinate search.
 STEPS = (2.0, 1.3)
 _AIMS = tuple(int(action.target) for action in Action)
 _STAY, _AIMED, _ELSEWHERE = (
@@ -27,8 +26,8 @@ _STAY, _AIMED, _ELSEWHERE = (
 )
 
 
-class Weights(NamedTuple):
-    """Numbers of the prior; each a float or an array over leading axes (seeds)."""
+class PriorWeights(NamedTuple):
+    """Weights of the prior; each a scalar or an array over leading axes (seeds)."""
 
     stay: FloatArray
     aimed: FloatArray
@@ -36,10 +35,10 @@ class Weights(NamedTuple):
     share: FloatArray
 
 
-START = Weights(*(np.asarray(w) for w in (1.0, 1.0, 0.1, 0.1)))
+START = PriorWeights(*(np.asarray(w) for w in (1.0, 1.0, 0.1, 0.1)))
 
 
-def shared_prior(counts: FloatArray, weights: Weights) -> FloatArray:
+def shared_prior(counts: FloatArray, weights: PriorWeights) -> FloatArray:
     """Pseudo-counts for counts[..., object, x_i, a, x_f], of the same shape."""
     stay, aimed, elsewhere, share = (np.asarray(w)[..., None, None, None, None] for w in weights)
     others = counts.sum(axis=-4, keepdims=True) - counts
@@ -47,34 +46,34 @@ def shared_prior(counts: FloatArray, weights: Weights) -> FloatArray:
     return np.asarray(own + share * others)
 
 
-def fitted(counts: FloatArray, start: Weights = START, rounds: int = 1) -> Weights:
+def fit_weights(counts: FloatArray, start: PriorWeights = START, rounds: int = 1) -> PriorWeights:
     """The weights after `rounds` of coordinate search from `start`.
 
-    counts: [..., object, x_i, a, x_f]; a search for each of the leading axes.
+    counts: [..., object, x_i, a, x_f]; one search per element of the leading axes.
     """
     lead = counts.shape[:-4]
-    weights = Weights(*(np.array(np.broadcast_to(w, lead)) for w in start))
+    weights = PriorWeights(*(np.array(np.broadcast_to(w, lead)) for w in start))
     best = _log_posterior(counts, weights)
     for _ in range(rounds):
         for step in STEPS:
-            for name in Weights._fields:
+            for name in PriorWeights._fields:
                 for factor in (step, 1 / step):
                     weights, best = _moved(counts, weights, best, name, factor)
     return weights
 
 
 def _moved(
-    counts: FloatArray, weights: Weights, best: FloatArray, name: str, factor: float
-) -> tuple[Weights, FloatArray]:
-    """Move one number where that makes the trials more likely."""
+    counts: FloatArray, weights: PriorWeights, best: FloatArray, name: str, factor: float
+) -> tuple[PriorWeights, FloatArray]:
+    """Multiply one weight by `factor` where that increases the log posterior."""
     tried = weights._replace(**{name: getattr(weights, name) * factor})
     score = _log_posterior(counts, tried)
     better = score > best
-    kept = Weights(*(np.where(better, n, o) for n, o in zip(tried, weights, strict=True)))
+    kept = PriorWeights(*(np.where(better, n, o) for n, o in zip(tried, weights, strict=True)))
     return kept, np.asarray(np.where(better, score, best))
 
 
-def _log_posterior(counts: FloatArray, weights: Weights) -> FloatArray:
+def _log_posterior(counts: FloatArray, weights: PriorWeights) -> FloatArray:
     alpha = shared_prior(counts, weights)
     total, trials = alpha.sum(axis=-1), counts.sum(axis=-1)
     rows = (gammaln(alpha + counts) - gammaln(alpha)).sum(axis=-1)

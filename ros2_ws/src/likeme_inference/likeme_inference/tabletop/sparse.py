@@ -1,11 +1,11 @@
-"""The same inference on large, mostly empty models: memory grows with the non-zeros alone.
+"""Goal inference on large sparse models: memory is proportional to the non-zeros.
 
-A row of p(X_f | X_i, A) is kept as its tried final states plus one number for all the others:
+A row of p(X_f | X_i, A) is stored as its observed final states plus one value for all others:
 
     p(x_f | x_i, a) = trial[(x_i, a), x_f] + background[(x_i, a)],
 
-which holds for maximum likelihood (background 0, or 1/n for a row never tried) and for a
-symmetric Dirichlet prior alike. Goals are states, actions equally likely before.
+for maximum likelihood (background 0, or 1/n for a row without trials) and for symmetric Dirichlet
+priors. Goals are states; the prior of actions is uniform.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from likeme_inference.tabletop.goal_inference import normalised
 
 @dataclass(frozen=True, eq=False)
 class SparseGoalModel:
-    """GoalModel for many states, with the direct policy and goals that are states.
+    """A GoalModel for many states, with the direct policy and one goal per state.
 
     Attributes:
-        trial: what was tried, a CSR matrix of shape [x_i * a, x_f].
+        trial: a CSR matrix of shape [x_i * a, x_f].
         background: added to every final state of a row, shape [x_i * a].
-        actions: how many there are.
+        actions: their number.
     """
 
     trial: sparse.csr_array
@@ -39,10 +39,10 @@ class SparseGoalModel:
     def of_counts(
         cls, counts: sparse.csr_array, actions: int, prior: float = 0.0
     ) -> SparseGoalModel:
-        """Learn from counts of shape [x_i * actions + a, x_f], which stay sparse.
+        """Learn from sparse counts of shape [x_i * actions + a, x_f].
 
         Raises:
-            ValueError: for another shape, negative counts, or a negative prior.
+            ValueError: a wrong shape, negative counts, or a negative prior.
         """
         rows, states = counts.shape
         if rows != states * actions:
@@ -60,7 +60,7 @@ class SparseGoalModel:
 
     @property
     def states(self) -> int:
-        """How many states, and goals, there are."""
+        """Number of states and of goals."""
         return int(self.trial.shape[1])
 
     def predict(self, x_i: int, a: int) -> FloatArray:
@@ -76,14 +76,14 @@ class SparseGoalModel:
         return np.asarray(column + self._background(x_i))
 
     def action_posterior(self, x_i: int, x_f: int) -> FloatArray:
-        """P(A | x_i, x_f), which is also the direct policy for the goal x_f; shape [a]."""
+        """P(A | x_i, x_f), the direct policy for the goal x_f; shape [a]."""
         return normalised(self.success(x_i, x_f), 1.0 / self.actions)
 
     def goal_posterior(self, x_i: int, x_f: int, prior: ArrayLike | None = None) -> FloatArray:
         """P(G | x_i, x_f), actions summed out, shape [g].
 
         P(x_f | x_i, g) = sum over a of p(g|x_i,a) p(x_f|x_i,a) / sum over a of p(g|x_i,a): two
-        products of a vector with the rows of x_i, never a table of goals by actions.
+        products of a vector with the rows of x_i, without a table of goals by actions.
         """
         rows, background = self._rows(x_i), self._background(x_i)
         reached = self.success(x_i, x_f)

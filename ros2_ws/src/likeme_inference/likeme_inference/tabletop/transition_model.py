@@ -1,4 +1,4 @@
-"""p(X_f | X_i, A), learned by counting what the robot's own trials led to (Fig 3a, Fig 7)."""
+"""p(X_f | X_i, A), learned from the counts of the robot's own trials (Fig 3a, Fig 7)."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from numpy.typing import ArrayLike
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
 from likeme_inference.tabletop.checks import number
 
-#: Up to here every whole number is a double.
-MOST = 2**53
+#: Largest integer up to which all integers are exact as doubles.
+MAX_COUNT = 2**53
 
 
 def maximum_likelihood(counts: ArrayLike) -> FloatArray:
     """Relative frequencies: p(x_f | x_i, a) = counts[x_i, a, x_f] / sum over x_f.
 
-    A row that was never tried is uniform, never NaN: no final state is preferred where nothing is
-    known, which is also the mean of every symmetric Dirichlet before the first trial.
+    A row without trials is uniform, the mean of every symmetric Dirichlet prior.
 
     Args:
-        counts: shape [..., x_f], not negative; whole trials, or trials and pseudo-counts.
+        counts: shape [..., x_f], 0 or more; trials, or trials and pseudo-counts.
     """
     counts = np.asarray(counts, dtype=np.float64)
     total = counts.sum(axis=-1, keepdims=True)
@@ -33,13 +32,12 @@ def maximum_likelihood(counts: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class TransitionModel:
-    """What the actions do to one object.
+    """Trial counts of one object and the transition model that follows from them.
 
     Attributes:
-        counts: how often (x_i, a) led to x_f; shape [x_i, a, x_f], of any size.
-        prior: Dirichlet pseudo-counts added to every row: one number for all, or an array that
-            broadcasts to the counts. 0 is the paper's maximum likelihood;
-            dirichlet.CONCENTRATION the number chosen on the real robot's trials.
+        counts: number of trials in which (x_i, a) led to x_f; shape [x_i, a, x_f].
+        prior: Dirichlet pseudo-counts: a scalar, or an array that broadcasts to the counts. 0 is
+            the paper's maximum likelihood, dirichlet.CONCENTRATION is fitted to real trials.
     """
 
     counts: IntArray
@@ -53,16 +51,16 @@ class TransitionModel:
             raise ValueError(
                 f'Expected whole counts of 0 or more, got {counts.dtype} down to {counts.min()}.'
             )
-        if counts.sum(dtype=np.float64) > MOST:
+        if counts.sum(dtype=np.float64) > MAX_COUNT:
             raise ValueError(f'Expected at most 2^53 trials, got {counts.sum(dtype=np.float64)}.')
         prior = np.array(self.prior, dtype=np.float64)
-        if not (prior >= 0).all() or prior.max(initial=0) > MOST:
+        if not (prior >= 0).all() or prior.max(initial=0) > MAX_COUNT:
             raise ValueError(f'Expected pseudo-counts from 0 to 2^53, got {prior.tolist()}.')
         if not _broadcasts(prior.shape, counts.shape):
             raise ValueError(
                 f'Expected a prior that broadcasts to {counts.shape}, got {prior.shape}.'
             )
-        # Numbers of its own, which no caller can change afterwards.
+        # Copies, so that callers cannot change the model.
         for name, array in (('counts', counts.astype(np.int64)), ('prior', prior)):
             array.flags.writeable = False
             object.__setattr__(self, name, array)
@@ -71,12 +69,12 @@ class TransitionModel:
     def untried(
         cls, states: int, actions: int, prior: float | FloatArray = 0.0
     ) -> TransitionModel:
-        """Know nothing yet: no trial of any action."""
+        """A model without trials."""
         return cls(np.zeros((states, actions, states), dtype=np.int64), prior)
 
     @cached_property
     def transition(self) -> FloatArray:
-        """p(X_f | X_i, A), shape [x_i, a, x_f], read-only; rows never tried are uniform.
+        """p(X_f | X_i, A), shape [x_i, a, x_f], read-only; rows without trials are uniform.
 
         (counts + prior) / sum over x_f: maximum likelihood for prior 0, else the mean of the
         Dirichlet posterior.
@@ -92,21 +90,19 @@ class TransitionModel:
 
     @property
     def tried(self) -> BoolArray:
-        """Whether action a was ever tried in state x_i, shape [x_i, a]."""
+        """Whether action a has trials in state x_i, shape [x_i, a]."""
         return np.asarray(self.counts.sum(axis=-1) > 0)
 
     @property
     def trials(self) -> int:
-        """How many trials the model was learned from."""
+        """Number of trials."""
         return int(self.counts.sum())
 
     def add(self, x_i: int, a: int, x_f: int, times: int = 1) -> TransitionModel:
-        """The model after `times` more trials in which a took the object from x_i to x_f.
-
-        Trials are facts: none can be taken away.
+        """The model with `times` more trials in which a moved the object from x_i to x_f.
 
         Raises:
-            ValueError: numbers that are no state or action, or less than one trial.
+            ValueError: an unknown state or action, or less than one trial.
         """
         states, actions, _ = self.counts.shape
         at = number('x_i', x_i, states), number('a', a, actions), number('x_f', x_f, states)
@@ -117,10 +113,10 @@ class TransitionModel:
         return TransitionModel(counts, self.prior)
 
     def merge(self, other: TransitionModel) -> TransitionModel:
-        """What two robots know together: counts add up, the prior counts once.
+        """The model of both models' trials; the prior is not added twice.
 
         Raises:
-            ValueError: for models of other sizes or with another prior.
+            ValueError: another shape or another prior.
         """
         if other.counts.shape != self.counts.shape:
             raise ValueError(

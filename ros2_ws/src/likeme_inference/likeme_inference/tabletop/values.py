@@ -1,4 +1,4 @@
-"""What comes in and goes out of an imitation session: frozen values, field by field the messages'.
+"""Results of an imitation session, with the fields of the messages.
 
 Stamps are ROS time in ns; `frame` is the frame_id of the header a stamp came with. Probabilities
 are tuples indexed by State or Action.
@@ -16,7 +16,7 @@ from likeme_inference.tabletop.domain import Policy
 
 
 class Result(IntEnum):
-    """How a decision ended; the numbers of likeme_msgs/Outcome."""
+    """Result of a decision; the numbers of likeme_msgs/Outcome."""
 
     REACHED = 0
     MISSED = 1
@@ -51,7 +51,7 @@ class GoalBelief:
 
 @dataclass(frozen=True)
 class Decision:
-    """What the robot chose to do and every number behind it (see action_selection.Choice)."""
+    """A decision and the quantities it follows from (see action_selection.Choice)."""
 
     stamp: int
     frame: str
@@ -79,7 +79,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class HelpRequest:
-    """A question to the operator, with the id of the decision that asks."""
+    """A question to the operator; `id` is that of the decision."""
 
     stamp: int
     frame: str
@@ -95,7 +95,7 @@ class HelpRequest:
 
 @dataclass(frozen=True)
 class MotionReport:
-    """What became of a call to the arm; outcome None when it was absent, died or was silent."""
+    """Result of a call to the arm; outcome None if the arm was absent, died or did not respond."""
 
     outcome: MotionOutcome | None
     message: str
@@ -104,7 +104,7 @@ class MotionReport:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a decision ended, by the camera's witness."""
+    """Outcome of a decision, as observed by the camera."""
 
     stamp: int
     frame: str
@@ -123,6 +123,6 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Remark:
-    """Something the session understood that is neither belief, decision nor outcome."""
+    """A log message about an input that leads to no belief, decision or outcome."""
 
     sentence: str

@@ -1,0 +1,152 @@
+"""ROS helpers: parameters, time, diagnostics, and running a node."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy')
+
+from diagnostic_msgs.msg import DiagnosticStatus  # noqa: E402
+from domain_coordinator import domain_id  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+
+from likeme_core.ros import parameters  # noqa: E402
+from likeme_core.ros.diagnostics import diagnostics_msg  # noqa: E402
+from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
+from likeme_core.settings import Setting, defaults  # noqa: E402
+
+SETTINGS = {
+    'threshold': Setting(0.5, 'a probability', (0, 1)),
+    'count': Setting(3, 'a number', (1, 10)),
+    'area': Setting([], 'x_min x_max, m'),
+    'file': Setting('', 'a path', read_only=True),
+}
+
+
+@pytest.fixture
+def node() -> Iterator[Node]:
+    with domain_id() as domain:
+        rclpy.init(domain_id=domain)
+        made = rclpy.create_node('test_parameters')
+        parameters.declare(made, SETTINGS)
+        yield made
+        made.destroy_node()
+        rclpy.try_shutdown()
+
+
+def test_parameters_are_declared_with_their_defaults(node: Node) -> None:
+    assert parameters.values(node, SETTINGS) == defaults(SETTINGS)
+    described = node.describe_parameter('threshold')
+    assert described.description == 'a probability'
+    assert (
+        described.floating_point_range[0].from_value,
+        described.floating_point_range[0].to_value,
+    ) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'accepted'),
+    [
+        ('threshold', 0.9, True),
+        ('threshold', 1.5, False),
+        ('count', 10, True),
+        ('count', 11, False),
+        ('count', 2.5, False),
+        ('area', [1, 2], True),
+        ('area', [1.0, 2.0], True),
+        ('file', 'other', False),
+    ],
+)
+def test_range_type_and_read_only_are_enforced(
+    node: Node, name: str, value: object, accepted: bool
+) -> None:
+    result = node.set_parameters([Parameter(name, value=value)])[0]
+    assert result.successful is accepted, result.reason
+
+
+def test_values_after_a_change_leave_the_parameters_alone(node: Node) -> None:
+    changes = [Parameter('count', value=7), Parameter('use_sim_time', value=True)]
+    after = parameters.values(node, SETTINGS, changes)
+    assert after == defaults(SETTINGS) | {'count': 7}
+    assert node.get_parameter('count').value == 3
+
+
+@pytest.mark.parametrize('stamp', [0, 1, 999_999_999, 1_000_000_000, 1_764_000_000_123_456_789])
+def test_stamps_and_messages_are_inverse(stamp: int) -> None:
+    message = time_msg(stamp)
+    assert 0 <= message.nanosec < 1_000_000_000
+    assert stamp_ns(message) == stamp
+
+
+def test_diagnostics_hold_one_status_with_its_values() -> None:
+    array = diagnostics_msg('camera', DiagnosticStatus.WARN, 'slow', {'rate': 3.5}, time_msg(5))
+    (status,) = array.status
+    assert (status.name, status.level, status.message) == ('camera', DiagnosticStatus.WARN, 'slow')
+    assert [(v.key, v.value) for v in status.values] == [('rate', '3.5')]
+    assert stamp_ns(array.header.stamp) == 5
+
+
+NODE = """
+import sys
+from rclpy.node import Node
+from std_msgs.msg import Empty
+from likeme_core.ros.spin import run_node
+
+
+class Busy(Node):
+    def __init__(self):
+        super().__init__('busy')
+        {body}
+        self.publisher = self.create_publisher(Empty, 'topic', 1)
+        self.timer = self.create_timer(0.001, self.tick)
+        self.ticks = 0
+
+    def tick(self):
+        self.publisher.publish(Empty())
+        self.ticks += 1
+        if self.ticks == 5:
+            print('running', flush=True)
+
+    def stop(self):
+        print('stopped', flush=True)
+
+
+sys.exit(run_node('busy', Busy))
+"""
+
+
+def run(body: str = 'pass') -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, '-c', NODE.format(body=body)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_a_publishing_node_without_output(
+    number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with domain_id() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        with run() as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == 'running\n'
+            process.send_signal(number)
+            out, _ = process.communicate(timeout=60)
+    assert (process.returncode, out) == (0, 'stopped\n')
+
+
+def test_bad_parameters_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    with domain_id() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        with run("raise ValueError('Expected 1, got 2.')") as process:
+            out, _ = process.communicate(timeout=60)
+    assert (process.returncode, out) == (1, 'busy does not start: Expected 1, got 2.\n')

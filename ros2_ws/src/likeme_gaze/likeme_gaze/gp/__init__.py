@@ -1,0 +1,1 @@
+"""Gaussian-process regression with Gaussian inputs: training, conditioning, exact moments."""

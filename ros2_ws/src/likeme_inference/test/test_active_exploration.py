@@ -1,0 +1,123 @@
+"""Directed exploration: gains that mean something, a help rate that is exact, bars that hold."""
+
+import numpy as np
+import pytest
+
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.tabletop import Manner
+from likeme_experiments.evaluation.exploration import ExplorationPolicy, exploration, world_of
+from likeme_inference.experience.policy import InformationGain
+from likeme_inference.experience.trial import no_counts
+from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
+from likeme_inference.tabletop.active_exploration import help_rate, information_gain
+from likeme_inference.tabletop.finite_domain import Domain
+from likeme_inference.tabletop.imitation import ImitationSettings, decide
+from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
+from likeme_inference.tabletop.shared_prior import START, fit_weights, shared_prior
+from likeme_inference.tabletop.transition_model import maximum_likelihood
+
+CHANGES = ((0, 1), (0, 2), (1, 0), (1, 2))
+WORLD = np.array([known.transition for known in shipped().objects.values()])
+
+
+def slow_help_rate(model, world):
+    """By `plan` and `spread`, one change after the other."""
+    open_ = []
+    for believed, truly in zip(model, world, strict=True):
+        for x_i, g in CHANGES:
+            best = plan(believed, np.arange(3) == g, 3, TABLETOP.stuck, TABLETOP.aimed[g])
+            open_.append(1 - spread(truly, best, x_i, 3)[3, g])
+    return np.mean(open_)
+
+
+def test_help_rate_is_that_of_plans_followed():
+    assert help_rate(WORLD, WORLD) == pytest.approx(0.0475)
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        model, world = rng.dirichlet(np.ones(3), size=(2, 3, 3, 6))
+        assert help_rate(model, world) == pytest.approx(slow_help_rate(model, world))
+        # Few trials and maximum likelihood: ties, and goals that nothing seems to reach.
+        model = maximum_likelihood(rng.poisson(0.3, size=(3, 3, 6, 3)))
+        assert help_rate(model, world) == pytest.approx(slow_help_rate(model, world))
+
+
+def test_nothing_to_do_needs_no_help():
+    nowhere = Domain(('a',), ('b',))
+    assert help_rate(np.ones((1, 1, 1, 1)), np.ones((1, 1, 1, 1)), domain=nowhere) == 0
+
+
+def test_random_but_known_rows_gain_nothing():
+    alpha = np.full((3, 6, 3), 1e7 / 3)
+    alpha[:, Action.PUSH_RIGHT] = 1, 1, 1
+    gain = information_gain(alpha, np.random.default_rng(0))
+    assert gain.argmax() == np.ravel_multi_index((State.LEFT, Action.PUSH_RIGHT), gain.shape)
+    known = np.delete(gain, Action.PUSH_RIGHT, axis=1)
+    assert known.max() < 1e-6 * gain.max()
+    assert not gain[State.OFFTABLE].any()
+
+
+def test_what_no_decision_hangs_on_gains_nothing():
+    alpha = np.full((3, 6, 3), 0.01)
+    for x_i in range(3):
+        for a in Action:
+            alpha[x_i, a, a.target] = 1e6
+    alpha[State.LEFT, Action.PUSH_RIGHT] = 1, 1, 1
+    # Placing does all there is to do without fail.
+    assert information_gain(alpha, np.random.default_rng(1)).max() < 1e-6
+
+
+def test_objects_lend_each_other_trials():
+    counts = np.zeros((3, 3, 6, 3))
+    counts[0, 0, 0] = 0, 10, 0
+    prior = shared_prior(counts, START)
+    assert prior[1, 0, 0].tolist() == pytest.approx([1.0, 1.1, 0.1])
+    assert prior[0, 0, 0].tolist() == pytest.approx([1.0, 0.1, 0.1])
+
+
+def test_the_prior_learns_that_actions_do_what_they_are_for():
+    counts = np.zeros((3, 3, 6, 3))
+    for x_i in (0, 1):
+        for a in Action:
+            counts[:, x_i, a, a.target] = 10
+    weights = fit_weights(counts, rounds=3)
+    assert weights.aimed > START.aimed
+    assert weights.elsewhere < START.elsewhere
+
+
+def test_the_policy_stops_where_it_should_and_repeats_itself():
+    counts = no_counts(('pear', 'lemon'))
+    policy = InformationGain(trials=1)
+    first, again = (policy.next(counts, np.random.default_rng(3)) for _ in range(2))
+    assert first == again
+    assert first.x_i != State.OFFTABLE
+    counts[first.object][first.x_i, first.action, 0] += 1
+    assert policy.next(counts, np.random.default_rng(3)) is None
+
+
+def test_directed_trials_are_worth_more_than_uniform_ones():
+    directed = exploration(WORLD, ExplorationPolicy.INFORMATION_GAIN, 40, (72,))[-1]
+    uniform = exploration(WORLD, ExplorationPolicy.UNIFORM, 400, (72,))
+    assert directed.mean[0] < min(curve.mean[0] for curve in uniform) - 2 * directed.error[0]
+
+
+def test_a_robot_may_act_on_the_prior_that_its_trials_choose_together():
+    model = shipped()
+    counts = np.array([known.counts for known in model.objects.values()], dtype=float)
+    alpha = counts + shared_prior(counts, fit_weights(counts, rounds=3))
+    for o, name in enumerate(model.objects):
+        expected = alpha[o] / alpha[o].sum(axis=-1, keepdims=True)
+        assert model.goal_model(name, shared=True).transition == pytest.approx(expected)
+        assert model.counted(name, 0.09).pseudo_counts == pytest.approx(counts[o] + 0.09)
+    demo = Demonstration(0, '', 'pear', State.RIGHT, State.LEFT, Manner.PLACE, 0, 0)
+    view = TableSnapshot(1, '', True, {'pear': State.RIGHT})
+    decision = decide(model, ImitationSettings(shared_prior=True), demo, view, 1)
+    row = alpha[0, State.RIGHT, Action.PUSH_LEFT]
+    assert decision.predicted_success == pytest.approx(row[State.LEFT] / row.sum())
+
+
+def test_a_shared_prior_is_of_the_tabletop():
+    domain = Domain(('here', 'there'), ('go',))
+    rows = (TrialCounts('ball', 0, 0, (1, 2), 'me'),)
+    model = RobotModel('other', '1', {'me': 'Me.'}, rows, domain)
+    with pytest.raises(ValueError, match='Expected the states and actions of the tabletop'):
+        model.counted('ball', shared=True)

@@ -1,0 +1,132 @@
+"""The ask_human command line and the real node: list, answer, keyboard, absent service."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fakes import Arm, Camera
+
+from graph import LATCHED, Graph
+from likeme_core.tabletop import State
+from likeme_inference.console_replies import MENU, read_reply
+from likeme_inference.tabletop.values import Reply
+from likeme_msgs.msg import Decision, Outcome
+
+L, R, O = State  # noqa: E741
+COMMAND = (sys.executable, '-m', 'likeme_inference.ask_human_node')
+
+
+def run(graph: Graph, *arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *arguments],
+        env=graph.env,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def make_request(graph: Graph, camera: Camera) -> int:
+    """Demonstrate pear RIGHT to LEFT and put it back; the number of the request."""
+    seen = graph.collect(Decision, 'decision', LATCHED)
+    camera.show('pear', R, L)
+    graph.until(lambda: seen and seen[-1].kind == Decision.AT_GOAL, 20, 'AT_GOAL')
+    camera.show('pear', L, R)
+    graph.until(lambda: seen[-1].kind == Decision.ASK_HUMAN, 10, 'ASK_HUMAN')
+    return int(seen[-1].id)
+
+
+def test_replies_are_read_by_word_number_and_abbreviation() -> None:
+    typed = ['1', 'done', ' D ', '2', 'try', '3', 'sk']
+
+    assert [read_reply(text) for text in typed] == [
+        Reply.DONE_BY_HAND, Reply.DONE_BY_HAND, Reply.DONE_BY_HAND,
+        Reply.TRY_ANYWAY, Reply.TRY_ANYWAY, Reply.SKIP, Reply.SKIP,
+    ]  # fmt: skip
+    assert '2  try' in MENU
+    for text in ('', '0', 'yes', 'doner'):
+        with pytest.raises(ValueError, match='Expected one of done, try, skip, got'):
+            read_reply(text)
+
+
+@pytest.mark.graph
+def test_list_and_answer(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node')
+        camera = Camera(graph)
+        Arm(graph, camera)
+        empty, nothing = run(graph, 'list'), run(graph, 'answer', '1', 'skip')
+        number = make_request(graph, camera)
+        listed = run(graph, 'list')
+        bad = run(graph, 'answer', str(number), 'maybe')
+        outcomes = graph.collect(Outcome, 'outcome', LATCHED)
+        accepted = run(graph, 'answer', str(number), 'try', '--by', 'Ada')
+        graph.until(lambda: outcomes, 10, 'an outcome')
+        second = run(graph, 'answer', str(number), 'skip', '--by', 'Bob')
+
+        assert (empty.returncode, empty.stdout) == (0, 'Nothing is pending.\n')
+        assert (nothing.returncode, nothing.stdout) == (1, '')
+        assert 'Nothing is pending' in nothing.stderr
+        assert f'Request {number}: I want the pear to go from RIGHT to LEFT' in listed.stdout
+        assert 'best action PUSH_LEFT, p = 0.40, threshold 0.50' in listed.stdout
+        assert bad.returncode == 2
+        assert accepted.stdout == f'Request {number} answered by Ada: TRY_ANYWAY.\n'
+        assert second.returncode == 1
+        assert 'was answered already: TRY_ANYWAY by Ada.' in second.stderr
+
+
+@pytest.mark.graph
+def test_the_keyboard(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node')
+        camera = Camera(graph)
+        outcomes = graph.collect(Outcome, 'outcome', LATCHED)
+        console = subprocess.Popen(
+            [*COMMAND, '--by', 'Ada'],
+            env=graph.env,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        assert console.stdin is not None
+        number = make_request(graph, camera)
+        console.stdin.write('what?\n3\n')
+        console.stdin.flush()
+        outcome = graph.until(lambda: outcomes, 20, 'SKIPPED').pop()
+        second = make_request(graph, camera)
+        said, _ = console.communicate(timeout=30)
+
+        assert (outcome.result, outcome.decision_id) == (Outcome.SKIPPED, number)
+        assert "Expected one of done, try, skip, got 'what?'." in said
+        assert f'Request {number} answered by Ada: SKIP.' in said
+        assert f'No more input: request {second} stays unanswered.' in said
+        assert console.returncode == 1
+
+
+@pytest.mark.graph
+def test_ctrl_c_ends_cleanly(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        graph.start('likeme_inference.inference_node')
+        console = graph.run('console', *COMMAND)
+        graph.until(lambda: 'Waiting for requests' in console.said, 20, 'the console')
+        console.signal(signal.SIGINT)
+
+        assert console.wait(10) == 0
+        assert 'Bye.' in console.said
+        assert 'Traceback' not in console.said
+
+
+@pytest.mark.graph
+def test_absent_service(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        absent = run(graph, 'list')
+
+        assert absent.returncode == 3
+        assert absent.stderr.startswith('Expected the service ask_human within 8 s, got none')
+        assert absent.stderr.count('\n') == 1

@@ -1,0 +1,194 @@
+"""Detection of demonstrations: a hand enters, an object changes its state, the hand leaves."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from math import exp
+from typing import NamedTuple
+
+from likeme_core.observations import Demonstration
+from likeme_core.stamps import seconds
+from likeme_core.tabletop import Manner
+from likeme_perception.config import PerceptionConfig
+from likeme_perception.observation import (
+    ObjectObservation,
+    TableObservation,
+    UnresolvedAct,
+    UnresolvedReason,
+)
+from likeme_perception.rise_estimation import (
+    MOVED_DISTANCE,
+    TrackSample,
+    estimate_rise,
+    horizontal_distance,
+)
+
+
+@dataclass
+class HandEpisode:
+    """What was seen from the frame in which a hand entered until its act is complete.
+
+    before: the objects at rest when the hand entered. left: stamp at which the hand left, None
+    while it is in view. with_arm: whether hand and arm were in view together.
+    """
+
+    start: int
+    before: dict[str, ObjectObservation]
+    left: int | None = None
+    samples: dict[str, list[TrackSample]] = field(default_factory=dict)
+    with_arm: bool = False
+
+
+class CompletedActs(NamedTuple):
+    """The acts of a hand that has left: demonstrations, and acts that could not be resolved."""
+
+    demonstrations: tuple[Demonstration, ...] = ()
+    unresolved: tuple[UnresolvedAct, ...] = ()
+
+
+class DemonstrationTracker:
+    """Turns the observations of successive frames into demonstrations.
+
+    A change without a hand (by the robot, or by setting up the table anew) is no demonstration.
+    Neither is a change while hand and arm are in view together, since its author is not known.
+    If an object that the hand moved is not at rest by `settle_timeout`, or when the arm comes, the
+    act is unresolved. The state in which the object comes to rest later is not attributed to the
+    next act.
+
+    Attributes:
+        unresolved: number of unresolved acts by reason.
+    """
+
+    def __init__(self, config: PerceptionConfig) -> None:
+        self._config = config
+        self._settled: dict[str, ObjectObservation] = {}
+        self._episode: HandEpisode | None = None
+        self.unresolved: Counter[UnresolvedReason] = Counter()
+
+    def update(self, now: TableObservation) -> CompletedActs:
+        """Process one frame; the acts that it completes, in the order the objects moved."""
+        if self._episode is None and now.hand_in_view:
+            self._episode = HandEpisode(now.stamp, dict(self._settled))
+        if self._episode is None:
+            self._store_settled(now)
+            return CompletedActs()
+        self._record(self._episode, now)
+        if not self._complete(self._episode, now):
+            return CompletedActs()
+        episode, self._episode = self._episode, None
+        self._store_settled(now)
+        acts = CompletedActs(
+            self._demonstrations(episode, now), self._unresolved_acts(episode, now)
+        )
+        self.unresolved.update(act.reason for act in acts.unresolved)
+        return acts
+
+    def _store_settled(self, now: TableObservation) -> None:
+        self._settled |= {o.name: o for o in now.objects if o.settled}
+
+    def _record(self, episode: HandEpisode, now: TableObservation) -> None:
+        if now.hand_in_view:
+            episode.left = None
+        elif episode.left is None:
+            episode.left = now.stamp
+        # The robot may start as soon as the hand has left; only both in view leave a doubt.
+        episode.with_arm |= now.arm_in_view and now.hand_in_view
+        for seen in now.objects:
+            place = seen.centroid if seen.visible else None
+            sample = TrackSample(now.stamp, place, now.hand_tip if now.hand_in_view else None)
+            episode.samples.setdefault(seen.name, []).append(sample)
+
+    def _complete(self, episode: HandEpisode, now: TableObservation) -> bool:
+        """Whether the hand has left and all objects are at rest, or the wait for them is over."""
+        if episode.left is None:
+            return False
+        gone = seconds(now.stamp - episode.left)
+        at_rest = all(o.settled for o in now.objects)
+        return (gone >= self._config.hand_gone_time and at_rest) or (
+            gone >= self._config.settle_timeout or now.arm_in_view
+        )
+
+    def _demonstrations(
+        self, episode: HandEpisode, now: TableObservation
+    ) -> tuple[Demonstration, ...]:
+        if episode.with_arm:
+            return ()
+        changed = [
+            (before, after)
+            for name, before in episode.before.items()
+            if (after := self._settled.get(name)) is not None and after.state != before.state
+        ]
+        acts = [
+            (_moved_at(episode, b), self._demonstration(episode, b, a, now)) for b, a in changed
+        ]
+        return tuple(act for _, act in sorted(acts, key=lambda pair: pair[0]))
+
+    def _unresolved_acts(
+        self, episode: HandEpisode, now: TableObservation
+    ) -> tuple[UnresolvedAct, ...]:
+        """Acts whose author or end is not known; removes their objects from the settled ones."""
+        moved = [
+            o
+            for o in now.objects
+            if not o.settled
+            and (before := episode.before.get(o.name)) is not None
+            and _was_moved(episode.samples[o.name], before)
+        ]
+        for each in moved:
+            self._settled.pop(each.name, None)
+        if episode.with_arm:
+            return (UnresolvedAct(now.stamp, None, UnresolvedReason.HAND_AND_ARM),)
+        return tuple(UnresolvedAct(now.stamp, o.name, _reason(o, now)) for o in moved)
+
+    def _demonstration(
+        self,
+        episode: HandEpisode,
+        before: ObjectObservation,
+        after: ObjectObservation,
+        now: TableObservation,
+    ) -> Demonstration:
+        assert before.state is not None, 'Only settled objects are compared.'
+        assert after.state is not None, 'Only settled objects are compared.'
+        rise = estimate_rise(episode.samples.get(before.name, []), before, after)
+        c = self._config
+        place = 1 / (1 + exp(min(50.0, -(rise - c.place_rise) / c.place_rise_scale)))
+        return Demonstration(
+            stamp=now.stamp,
+            frame=now.frame_id,
+            object=before.name,
+            x_i=before.state,
+            x_f=after.state,
+            manner=Manner.PLACE if place >= 0.5 else Manner.PUSH,
+            start=episode.start,
+            end=episode.left or episode.start,
+            x_i_probability=before.state_probability,
+            x_f_probability=after.state_probability,
+            manner_probability=max(place, 1 - place),
+            rise=rise,
+        )
+
+
+def _moved_at(episode: HandEpisode, before: ObjectObservation) -> int:
+    """Stamp of the first frame in which the object was not where it lay."""
+    for sample in episode.samples.get(before.name, []):
+        if (
+            sample.place is None
+            or horizontal_distance(sample.place, before.centroid) > MOVED_DISTANCE
+        ):
+            return sample.stamp
+    return episode.start
+
+
+def _was_moved(samples: list[TrackSample], before: ObjectObservation) -> bool:
+    """Whether the object was last seen away from where it lay."""
+    places = [s.place for s in samples if s.place is not None]
+    if not places:
+        return False
+    return not before.visible or horizontal_distance(places[-1], before.centroid) > MOVED_DISTANCE
+
+
+def _reason(unsettled: ObjectObservation, now: TableObservation) -> UnresolvedReason:
+    if now.arm_in_view:
+        return UnresolvedReason.INTERRUPTED
+    return UnresolvedReason.MOVING if unsettled.visible else UnresolvedReason.HIDDEN

@@ -1,0 +1,192 @@
+"""Track of one object: position, rest, and state while it is not visible."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from likeme_core.regions import Regions
+from likeme_core.stamps import nanoseconds
+from likeme_core.tabletop import State
+from likeme_perception.blobs import Blob, Index
+from likeme_perception.camera_view import CameraView
+from likeme_perception.catalogue import CatalogueObject
+from likeme_perception.config import PerceptionConfig
+from likeme_perception.observation import ObjectObservation
+from likeme_perception.occlusion_correction import correct_occluded_shape
+from likeme_perception.rgbd import RgbdFrame, depth_sigma
+from likeme_perception.state_probability import certain, state_probability
+from likeme_perception.top_view import Shape
+
+ImageF = NDArray[np.float32]
+
+# Below this share of its usual area an object beside a limb counts as partly occluded.
+_WHOLE_FRACTION = 0.85
+# Step of the moving average of the usual area.
+_AREA_STEP = 0.05
+
+
+class ObjectDetection(NamedTuple):
+    """An object detected in a frame; identity: probability that it is that object.
+
+    beside_limb: a hand or an arm touches it in the image.
+    """
+
+    blob: Blob
+    shape: Shape
+    identity: float
+    beside_limb: bool
+
+
+class FrameContext(NamedTuple):
+    """What a track needs to know of the rest of the frame.
+
+    hand, arm: whether they are in view. limb_mask: their pixels, dilated, (H, W). absorbed_mask:
+    pixels of limbs that were absorbed into the background, (H, W).
+    """
+
+    hand: bool
+    arm: bool
+    limb_mask: NDArray[np.uint8]
+    absorbed_mask: NDArray[np.uint8]
+    view: CameraView
+    regions: Regions
+
+    @property
+    def limb_in_view(self) -> bool:
+        """Whether a hand or an arm is in view, which may hide or hold an object."""
+        return self.hand or self.arm
+
+    def hidden_by_absorbed(self, place: tuple[float, float, float]) -> bool:
+        """Whether an absorbed limb covers a point (m) in the image."""
+        if not np.isfinite(place).all():
+            return False
+        column, row = (int(v) for v in np.rint(self.view.project(np.array([place]))[0]))
+        height, width = self.absorbed_mask.shape
+        return 0 <= row < height and 0 <= column < width and bool(self.absorbed_mask[row, column])
+
+
+class Template(NamedTuple):
+    """An object at rest as it was last seen without occlusion: pixels, depths (m), shape."""
+
+    pixels: Index
+    depth: ImageF
+    shape: Shape
+
+
+class ObjectTrack:
+    """Tracks one object of the catalogue over successive frames."""
+
+    def __init__(self, known: CatalogueObject, config: PerceptionConfig) -> None:
+        self.known = known
+        self._config = config
+        self._usual_area = known.area
+        self._usual_shape = Shape((0.0, 0.0, 0.0), 0.0, known.length, known.width, known.height)
+        self._last = ObjectObservation(known.name)
+        self._anchor: tuple[float, float] | None = None
+        self._rest_since = 0
+        self._unseen_since: int | None = None
+        self._template: Template | None = None
+
+    def unchanged(self, frame: RgbdFrame) -> Index:
+        """Pixels in which the object at rest has not changed its depth since the template."""
+        if self._template is None:
+            return np.zeros(0, np.intp)
+        now = frame.depth.ravel()[self._template.pixels]
+        near = np.abs(now - self._template.depth) < 0.005 + 3 * depth_sigma(self._template.depth)
+        return np.asarray(self._template.pixels[near])
+
+    def update(
+        self, frame: RgbdFrame, detection: ObjectDetection | None, context: FrameContext
+    ) -> ObjectObservation:
+        """Process one frame; detection: None if the object was not detected."""
+        fraction = 0.0 if detection is None else min(1.0, detection.blob.area / self._usual_area)
+        if detection is not None and fraction >= self._config.visible_fraction:
+            self._last = self._seen(frame, detection, fraction, context)
+        else:
+            self._last = self._unseen(frame.stamp, context)
+        return self._last
+
+    def _seen(
+        self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
+    ) -> ObjectObservation:
+        self._unseen_since = None
+        partial = context.limb_in_view and (fraction < _WHOLE_FRACTION or s.beside_limb)
+        shape, sigma = s.shape, self._config.centroid_sigma
+        if partial:
+            shape, sigma = self._partly_seen(frame, s, fraction, context)
+        resting = self._at_rest(frame.stamp, shape)
+        if not context.limb_in_view:
+            self._usual_area += _AREA_STEP * (s.blob.area - self._usual_area)
+        if resting and not partial:
+            depth = frame.depth.ravel()[s.blob.pixels]
+            self._template = Template(s.blob.pixels, depth, shape)
+            self._usual_shape = shape
+        x, y, z = shape.centroid
+        return ObjectObservation(
+            name=self.known.name,
+            state=context.regions.state_of(x, y, z),
+            state_probability=state_probability(context.regions, (x, y, z), sigma),
+            visible=True,
+            settled=resting and not partial,
+            shape=shape,
+            identity_probability=s.identity,
+            last_seen=frame.stamp,
+            pixels=s.blob.pixels,
+        )
+
+    def _partly_seen(
+        self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
+    ) -> tuple[Shape, float]:
+        """Shape of a partly occluded object, and its centroid's standard deviation, m."""
+        least, template = self._config.visible_fraction, self._template
+        if template is not None and len(self.unchanged(frame)) >= least * len(template.pixels):
+            # It has not moved, so the centroid before the occlusion is still right.
+            return template.shape, self._config.centroid_sigma
+        whole = correct_occluded_shape(
+            s.shape, s.blob, self._usual_shape, context.limb_mask, context.view
+        )
+        return whole, self._config.centroid_sigma + (1 - fraction) * self.known.length / 6
+
+    def _at_rest(self, stamp: int, shape: Shape) -> bool:
+        """Whether the centroid has stayed within rest_radius for settle_time."""
+        x, y, _ = shape.centroid
+        anchor = self._anchor
+        if anchor is None or np.hypot(x - anchor[0], y - anchor[1]) > self._config.rest_radius:
+            self._anchor, self._rest_since, self._template = (x, y), stamp, None
+        return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
+
+    def _unseen(self, stamp: int, context: FrameContext) -> ObjectObservation:
+        """The object while it is not detected.
+
+        If it was OFFTABLE, it still is. Otherwise, if a hand or an arm is in view or an absorbed
+        one covers its place, it may be hidden or held: unknown. Otherwise it is OFFTABLE after
+        absence_time.
+        """
+        last = self._last
+        self._anchor = None
+        if self._unseen_since is None:
+            self._unseen_since = stamp
+        hidden = context.limb_in_view or context.hidden_by_absorbed(last.centroid)
+        if hidden and last.state is not State.OFFTABLE:
+            self._unseen_since = stamp
+            return _not_visible(last, None, False)
+        gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
+        if last.state is State.OFFTABLE or gone:
+            self._template = None if gone else self._template
+            return _not_visible(last, State.OFFTABLE, gone and not context.limb_in_view)
+        return _not_visible(last, last.state, False)
+
+
+def _not_visible(last: ObjectObservation, state: State | None, settled: bool) -> ObjectObservation:
+    return ObjectObservation(
+        last.name,
+        state,
+        certain(state),
+        visible=False,
+        settled=settled,
+        shape=last.shape,
+        last_seen=last.last_seen,
+    )

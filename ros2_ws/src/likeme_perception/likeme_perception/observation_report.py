@@ -1,0 +1,61 @@
+"""Reports of an observation: as text and as JSON values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from likeme_perception.observation import TableObservation
+from likeme_perception.top_view import Shape
+
+
+def json_report(table: TableObservation) -> dict[str, Any]:
+    """The observation as JSON values; lengths in m, angles in rad."""
+    return {
+        'hand_in_view': table.hand_in_view,
+        'arm_in_view': table.arm_in_view,
+        'hand_pixels': len(table.hand),
+        'objects': [
+            {
+                'name': o.name,
+                'state': o.state_name,
+                'state_probability': [round(p, 4) for p in o.state_probability],
+                'visible': o.visible,
+                'identity_probability': round(o.identity_probability, 4),
+            }
+            | (_shape_values(o.shape) if o.shape else {})
+            for o in table.objects
+        ],
+        'things': [{'pixels': len(p)} | _shape_values(s) for p, s in table.unknown_objects],
+    }
+
+
+def _shape_values(shape: Shape) -> dict[str, Any]:
+    values = {
+        'yaw': shape.yaw,
+        'length': shape.length,
+        'width': shape.width,
+        'height': shape.height,
+    }
+    return {'centroid': [round(v, 4) for v in shape.centroid]} | {
+        k: round(v, 4) for k, v in values.items()
+    }
+
+
+def text_report(table: TableObservation) -> str:
+    """The observation as text, one line per object, hand and arm."""
+    lines = [
+        f'{o.name}: {o.state_name}' + ('' if o.visible else ' (not in view)')
+        for o in table.objects
+    ]
+    for pixels, s in table.unknown_objects:
+        x, y, _ = s.centroid
+        lines.append(
+            f'thing: at x {x:+.3f} m, y {y:+.3f} m, '
+            f'{100 * s.length:.1f} x {100 * s.width:.1f} cm, '
+            f'{100 * s.height:.1f} cm high, {len(pixels)} pixels'
+        )
+    if table.hand_in_view:
+        lines.append(f'hand: {len(table.hand)} pixels')
+    if table.arm_in_view:
+        lines.append(f'robot arm: {len(table.arm)} pixels')
+    return '\n'.join(lines) or 'nothing on the table'

@@ -1,0 +1,86 @@
+"""Rise of an object during an act: how high it was lifted above where it lay."""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import NamedTuple
+
+import numpy as np
+
+from likeme_perception.hand_tip import HandTip
+from likeme_perception.observation import ObjectObservation
+
+#: Horizontal distance (m) from its place at rest beyond which an object counts as moved.
+MOVED_DISTANCE = 0.03
+# The same for the hand that carries it, from both ends of the path.
+_CARRY_DISTANCE = 0.06
+# With fewer samples of the object under way, the hand's height is used instead.
+_LEAST_SAMPLES = 4
+
+
+class TrackSample(NamedTuple):
+    """An object and the hand's tip in one frame of an act; place is None while not visible."""
+
+    stamp: int
+    place: tuple[float, float, float] | None
+    tip: HandTip | None
+
+
+def estimate_rise(
+    samples: list[TrackSample], before: ObjectObservation, after: ObjectObservation
+) -> float:
+    """Greatest height (m) gained on the way, by the object or by the hand that hides it.
+
+    Frames that show the object under way are preferred. If there are too few of them, the height
+    of the hand's tip is used while it is away from both ends of the path: at the ends the hand
+    goes down and up again however the object is moved.
+    """
+    start = before.centroid
+    end = after.centroid if after.visible else None
+    under_way = [
+        s.place[2] - start[2]
+        for s in samples
+        if s.place is not None
+        and horizontal_distance(s.place, start) > MOVED_DISTANCE
+        and (end is None or horizontal_distance(s.place, end) > MOVED_DISTANCE)
+    ]
+    at_start = [
+        s.place[2] - start[2]
+        for s in samples
+        if s.place is not None and horizontal_distance(s.place, start) <= MOVED_DISTANCE
+    ]
+    rise = max(0.0, _robust_maximum(under_way + at_start))
+    if len(under_way) >= _LEAST_SAMPLES:
+        return rise
+    return max(rise, _hand_rise(samples, start, end))
+
+
+def _hand_rise(
+    samples: list[TrackSample],
+    start: tuple[float, float, float],
+    end: tuple[float, float, float] | None,
+) -> float:
+    """Height (m) of the hand above its lowest point while it carries the object out of sight."""
+    tips = [(s.tip, s.place) for s in samples if s.tip is not None]
+    if not tips:
+        return 0.0
+    lowest = min(tip.low for tip, _ in tips)
+    grasp = next((k for k, (tip, _) in enumerate(tips) if tip.low < lowest + 0.03), 0)
+    carried = [
+        tip.low - lowest
+        for tip, place in tips[grasp:]
+        if place is None
+        and hypot(tip.x - start[0], tip.y - start[1]) > _CARRY_DISTANCE
+        and (end is None or hypot(tip.x - end[0], tip.y - end[1]) > _CARRY_DISTANCE)
+    ]
+    return _robust_maximum(carried) if len(carried) >= 3 else 0.0
+
+
+def _robust_maximum(values: list[float]) -> float:
+    """The 90th percentile; 0 for no values."""
+    return float(np.percentile(values, 90)) if values else 0.0
+
+
+def horizontal_distance(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
+    """Distance of two points in the table plane, m."""
+    return hypot(a[0] - b[0], a[1] - b[1])
