@@ -151,7 +151,7 @@ def _phases(pid: int) -> list[Phase]:
             ),
         ]
     finally:
-        listener.destroy_node()
+        listener.destroy_node()  # type: ignore[no-untyped-call]
 
 
 def main() -> None:

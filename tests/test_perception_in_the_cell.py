@@ -12,6 +12,7 @@ from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.learning.cell_perception import CellPerception, object_view
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.observation import TableObservation
 

@@ -15,8 +15,8 @@ from rclpy.node import Node
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import time_msg
 from likeme_core.tabletop import Action, State
+from likeme_experiments.learning.trial_observation import TrialVoidError
 from likeme_experiments.ros.explorer_node import ExplorerNode
-from likeme_inference.experience.sighting import TrialVoidError
 from likeme_inference.experience.trial import Pair, TrialKey
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell

@@ -17,7 +17,7 @@ from likeme_experiments.evaluation.blindfold_groups import (
     group_score,
     group_turns,
 )
-from likeme_gaze import eyes_covered, known
+from likeme_gaze import blindfold_probability, known
 from likeme_gaze.beliefs import Gaussian, independent
 from likeme_gaze.blindfold import FIGURE_GROUPS, InfantGroup, WornBlindfold, infant, scores
 from likeme_gaze.chain import HeadModel, chain, execution_noise

@@ -5,7 +5,7 @@ import pytest
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Manner
-from likeme_experiments.evaluation.exploration import ExplorationPolicy, exploration, world_of
+from likeme_experiments.evaluation.exploration import ExplorationStrategy, exploration
 from likeme_inference.experience.policy import InformationGain
 from likeme_inference.experience.trial import no_counts
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
@@ -95,8 +95,8 @@ def test_the_policy_stops_where_it_should_and_repeats_itself():
 
 
 def test_directed_trials_are_worth_more_than_uniform_ones():
-    directed = exploration(WORLD, ExplorationPolicy.INFORMATION_GAIN, 40, (72,))[-1]
-    uniform = exploration(WORLD, ExplorationPolicy.UNIFORM, 400, (72,))
+    directed = exploration(WORLD, ExplorationStrategy.INFORMATION_GAIN, 40, (72,))[-1]
+    uniform = exploration(WORLD, ExplorationStrategy.UNIFORM, 400, (72,))
     assert directed.mean[0] < min(curve.mean[0] for curve in uniform) - 2 * directed.error[0]
 
 

@@ -37,9 +37,9 @@ from likeme_gaze.mentor.settings import BlindfoldExperience
 #: s after SIGINT before SIGKILL.
 SHUTDOWN_TIMEOUT = 10.0
 EXPERIENCE = {
-    Blindfold.NONE: 'never wore a blindfold',
-    Blindfold.WINDOWED: 'wore a blindfold with windows',
-    Blindfold.OPAQUE: 'wore an opaque blindfold',
+    BlindfoldExperience.NONE: 'never wore a blindfold',
+    BlindfoldExperience.WINDOWED: 'wore a blindfold with windows',
+    BlindfoldExperience.OPAQUE: 'wore an opaque blindfold',
 }
 
 
@@ -49,7 +49,7 @@ def main(
         bool, typer.Option('--blindfold', help='The mentor wears an opaque blindfold (Fig 6).')
     ] = False,
     experience: Annotated[
-        Blindfold | None,
+        BlindfoldExperience | None,
         typer.Option(help='Blindfold the robot has worn; with --blindfold: none, then opaque.'),
     ] = None,
     distance: Annotated[
@@ -95,7 +95,7 @@ def main(
 
 
 def _run_trials(
-    mentor_node: MentorNode, count: int, seed: int, group: Blindfold, blindfold: bool
+    mentor_node: MentorNode, count: int, seed: int, group: BlindfoldExperience, blindfold: bool
 ) -> None:
     """Run all trials and print them."""
     scene, learned = mentor_node.scene(), mentor_node.gaze_parameters(('training_points',))

@@ -28,6 +28,7 @@ from likeme_experiments.commands.learn_store import (
 )
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_experiments.learning.store_location import default_place, open_store
+from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError

@@ -22,7 +22,7 @@ CHECKPOINTS = (36, 72, 135, 144, 216, 288, 360)
 REFIT = 6
 
 
-class ExplorationPolicy(StrEnum):
+class ExplorationStrategy(StrEnum):
     """How the next pair of state and action is chosen."""
 
     UNIFORM = 'uniform'
@@ -33,7 +33,7 @@ class ExplorationPolicy(StrEnum):
 class HelpRateCurve(NamedTuple):
     """Mean help rate at the checkpoints and its standard error, of one policy and estimate."""
 
-    policy: ExplorationPolicy
+    policy: ExplorationStrategy
     estimate: str
     mean: FloatArray
     error: FloatArray
@@ -46,7 +46,7 @@ def world_of(model: RobotModel) -> FloatArray:
 
 def exploration(
     world: FloatArray,
-    policy: ExplorationPolicy,
+    policy: ExplorationStrategy,
     seeds: int,
     checkpoints: Sequence[int] = CHECKPOINTS,
     seed: int = 0,
@@ -55,13 +55,13 @@ def exploration(
 
     world: shape [object, x_i, a, x_f]; trials are drawn from it.
     """
-    rng = np.random.default_rng([seed, list(ExplorationPolicy).index(policy)])
+    rng = np.random.default_rng([seed, list(ExplorationStrategy).index(policy)])
     counts = np.zeros((seeds, *world.shape))
     gain = np.zeros(counts.shape[:-1])
     weights, reached = START, []
     every, touched = np.arange(seeds), None
     for trial in range(max(checkpoints)):
-        if policy is ExplorationPolicy.INFORMATION_GAIN:
+        if policy is ExplorationStrategy.INFORMATION_GAIN:
             anew = trial % (2 * REFIT) == 0
             if trial % REFIT == 0:
                 weights = fit_weights(counts, weights)
@@ -92,15 +92,15 @@ def _rates(counts: FloatArray, world: FloatArray) -> list[FloatArray]:
 
 
 def _chosen(
-    policy: ExplorationPolicy, trial: int, gain: FloatArray, rng: np.random.Generator
+    policy: ExplorationStrategy, trial: int, gain: FloatArray, rng: np.random.Generator
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Object, x_i and action for each seed; x_i is within reach."""
     seeds, objects, _, actions = gain.shape
     open_ = np.flatnonzero(~TABLETOP.stuck)
     pairs = objects * len(open_) * actions
-    if policy is ExplorationPolicy.UNIFORM:
+    if policy is ExplorationStrategy.UNIFORM:
         flat = rng.integers(pairs, size=seeds)
-    elif policy is ExplorationPolicy.SYSTEMATIC:
+    elif policy is ExplorationStrategy.SYSTEMATIC:
         flat = np.full(seeds, trial % pairs)
     else:
         within = gain[:, :, open_] * (1 + 1e-9 * rng.random((seeds, objects, len(open_), actions)))

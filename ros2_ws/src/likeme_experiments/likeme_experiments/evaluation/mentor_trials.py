@@ -128,7 +128,7 @@ def line(number: int, scene: MentorScene, trial: GazeTrial, response: RobotRespo
     held = 'yes' if inside(trial, response) else 'no'
     return (
         f'{number:5}  {target:22}  {goal:32}  {held:6}  '
-        f'{turned(turn):19}  {signed(score(trial, turn)):>5}'
+        f'{neck_direction(turn):19}  {signed(score(trial, turn)):>5}'
     )
 
 

@@ -17,7 +17,7 @@ from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.values import Decision, Outcome, Remark, Reply
 
 
-def settings_of(mode: Mode, estimate: Estimate) -> Settings:
+def settings_of(mode: Mode, estimate: Estimate) -> ImitationSettings:
     """Sequential mode asks when no action is left, the others by the paper's threshold."""
     threshold = 0.0 if mode is Mode.SEQUENTIAL else THRESHOLD
     return ImitationSettings(
@@ -29,7 +29,7 @@ def settings_of(mode: Mode, estimate: Estimate) -> Settings:
 def imitate(
     cell: ImitationCell,
     model: RobotModel,
-    settings: Settings,
+    settings: ImitationSettings,
     demonstrations: Sequence[Demonstration],
 ) -> ImitationResult:
     """Let the robot imitate what was demonstrated; if it asks for help, a human gives it."""

@@ -24,7 +24,7 @@ class PolicyName(StrEnum):
 
 
 #: Name -> (number of objects, repetitions, trials or None) -> policy.
-POLICIES: dict[PolicyName, Callable[[int, int, int | None], Policy]] = {
+POLICIES: dict[PolicyName, Callable[[int, int, int | None], ExplorationPolicy]] = {
     PolicyName.SYSTEMATIC: lambda _objects, repetitions, _trials: Systematic(repetitions),
     PolicyName.RANDOM: lambda objects, repetitions, trials: Random(
         objects * len(State) * len(Action) * repetitions if trials is None else trials

@@ -67,7 +67,7 @@ def _learn(progress: Progress, store: ExperienceStore, workers: int) -> None:
         learn_locally(progress, store, workers, reporter.report)
 
 
-def _tallies(campaign: Campaign, store: ExperienceStore) -> list[Tally]:
+def _tallies(campaign: Campaign, store: ExperienceStore) -> list[EndStateCount]:
     """Results of the planned trials; by another policy, more may be recorded under the name."""
     planned = {key.identity for key in campaign.plan()}
     ends = Counter(

@@ -13,7 +13,7 @@ from likeme_inference.experience.store import EndStateCount
 from likeme_inference.experience.trial import Pair
 
 
-def ends(tallies: Sequence[Tally]) -> dict[Pair, tuple[int, ...]]:
+def ends(tallies: Sequence[EndStateCount]) -> dict[Pair, tuple[int, ...]]:
     """How often each pair ended LEFT, RIGHT, OFFTABLE, over all robots and campaigns."""
     counts: dict[Pair, list[int]] = defaultdict(lambda: [0] * len(State))
     for tally in tallies:

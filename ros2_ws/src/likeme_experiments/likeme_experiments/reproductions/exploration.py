@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from likeme_experiments.evaluation.exploration import (
     CHECKPOINTS,
-    ExplorationPolicy,
+    ExplorationStrategy,
     HelpRateCurve,
     exploration,
     world_of,
@@ -19,7 +19,7 @@ from likeme_experiments.reproductions.report import (
     ReproductionOptions,
     ReproductionReport,
 )
-from likeme_inference.tabletop.exploration import help_rate
+from likeme_inference.tabletop.active_exploration import help_rate
 from likeme_inference.tabletop.robot_model import RobotModel
 
 SEEDS = 200
@@ -72,7 +72,9 @@ def _models(options: ReproductionOptions) -> list[RobotModel]:
 
 def _explored(model: RobotModel, seeds: int) -> ExploredWorld:
     world = world_of(model)
-    curves = [curve for policy in ExplorationPolicy for curve in exploration(world, policy, seeds)]
+    curves = [
+        curve for policy in ExplorationStrategy for curve in exploration(world, policy, seeds)
+    ]
     return ExploredWorld(f'{model.label}{_trials(model)}', float(help_rate(world, world)), curves)
 
 

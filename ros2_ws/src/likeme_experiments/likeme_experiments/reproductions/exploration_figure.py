@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from likeme_experiments.evaluation.exploration import ExplorationPolicy, HelpRateCurve
+from likeme_experiments.evaluation.exploration import ExplorationStrategy, HelpRateCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _COLOURS = {
-    ExplorationPolicy.UNIFORM: 'tab:gray',
-    ExplorationPolicy.SYSTEMATIC: 'tab:blue',
-    ExplorationPolicy.INFORMATION_GAIN: 'tab:red',
+    ExplorationStrategy.UNIFORM: 'tab:gray',
+    ExplorationStrategy.SYSTEMATIC: 'tab:blue',
+    ExplorationStrategy.INFORMATION_GAIN: 'tab:red',
 }
 _DASHES = {'maximum likelihood': ':', 'Dirichlet': '--', 'shared prior': '-'}
 

@@ -26,7 +26,7 @@ from likeme_experiments.reproductions.report import (
     ReproductionOptions,
     ReproductionReport,
 )
-from likeme_gaze.blindfold import EXECUTIONS, POINTS, THRESHOLDS, TRIALS, Group
+from likeme_gaze.blindfold import EXECUTIONS, POINTS, THRESHOLDS, TRIALS, InfantGroup
 from likeme_gaze.simulation import DEGREE
 
 #: Twenty agents in each of the paper's three groups.

@@ -61,7 +61,7 @@ class ExplorerNode(Node):
         self._between_spins = between_spins
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self)
-        self._table: Sighting | None = None
+        self._table: ObservedTable | None = None
         self._received = time.monotonic()
         self._checked, self._known_publishers = 0.0, frozenset[bytes]()
         self.create_subscription(TableState, 'table_state', self._on_table, 1)
@@ -98,15 +98,19 @@ class ExplorerNode(Node):
         name, x_i, action = key.pair
         self._known_publishers = self._current_publishers()
         self._set_up(name, x_i, seed)
-        state, before = seen_in(self._settled_table(self._now() + round(STALE * SECOND)), name)
+        state, before = state_and_place(
+            self._settled_table(self._now() + round(STALE * SECOND)), name
+        )
         if state is not x_i:
             raise TrialVoidError(f'Expected to see the {name} {x_i.name}, got {state.name}.')
         expires = self._now() + round(EXPIRY * SECOND)
         request = messages.execute_request(name, action, expires)
         answer = self._call(self._arm, request, MOTION_TIMEOUT)
         report = messages.read_motion(answer)
-        counted(report)
-        x_f, after = seen_in(self._settled_table(max(report.finished, self._now()) + 1), name)
+        require_counted_motion(report)
+        x_f, after = state_and_place(
+            self._settled_table(max(report.finished, self._now()) + 1), name
+        )
         self._check_publishers()
         motion = report.outcome
         assert motion is not None, 'A motion that counts has an outcome.'
@@ -130,11 +134,11 @@ class ExplorerNode(Node):
                 raise TrialVoidError(f'The table was not set up: {answer.message}')
             self._pause(BUSY_PERIOD)
 
-    def _settled_table(self, not_before: int) -> Sighting:
+    def _settled_table(self, not_before: int) -> ObservedTable:
         """The first settled table state after a stamp, ns; after REST_TIMEOUT, any."""
         last = not_before + round(REST_TIMEOUT * SECOND)
 
-        def settled() -> Sighting | None:
+        def settled() -> ObservedTable | None:
             table = self._latest()
             good = table.stamp >= not_before and (table.settled or table.stamp > last)
             return table if good else None
@@ -179,7 +183,7 @@ class ExplorerNode(Node):
         found = [info for topic in topics for info in self.get_publishers_info_by_topic(topic)]
         return frozenset(bytes(info.endpoint_gid) for info in found)
 
-    def _latest(self) -> Sighting:
+    def _latest(self) -> ObservedTable:
         if self._table is None:
             raise CellGoneError('No table state was received yet.')
         return self._table
@@ -189,14 +193,14 @@ class ExplorerNode(Node):
         return self._latest().stamp
 
     def _on_table(self, message: TableState) -> None:
-        table = read_sighting(message)
+        table = read_observed_table(message)
         if self._table is not None and table.stamp < self._table.stamp:
             # The clock went back: the cell was restarted. Discovery reports that later.
             self._known_publishers = frozenset()
         self._table, self._received = table, time.monotonic()
 
 
-def read_sighting(message: TableState) -> Sighting:
+def read_observed_table(message: TableState) -> ObservedTable:
     """The part of a table state that a trial needs."""
     objects = {item.name: _seen(item) for item in message.objects}
     return ObservedTable(stamp_ns(message.header.stamp), message.settled, objects)

@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
-from likeme_core.interrupt import noted_interrupt
+from likeme_core.interrupt import deferred_interrupt
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_experiments.evaluation.mentor_trials import (

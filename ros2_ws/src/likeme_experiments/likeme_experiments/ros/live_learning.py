@@ -8,8 +8,9 @@ from contextlib import contextmanager
 
 from rclpy.context import Context
 
-from likeme_core.interrupt import noted_interrupt
+from likeme_core.interrupt import deferred_interrupt
 from likeme_experiments.learning.managed_cell import ManagedCell
+from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_experiments.ros.explorer_node import ExplorerNode
 from likeme_inference.experience.campaign import Progress
