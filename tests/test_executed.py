@@ -198,7 +198,7 @@ def test_a_self_taught_model_is_learned_once(
     assert stored.rows == model.rows
 
 
-def test_fig_7_beside_the_real_robot_s(tmp_path: Path) -> None:
+def test_fig_7_of_another_robot(tmp_path: Path) -> None:
     path = tmp_path / 'model.csv'
     path.write_text(TEXT.replace('chung2015_robot', 'another'))
     answer = run('fig7', '--model', str(path), '--json', '--out', str(tmp_path))
@@ -210,7 +210,7 @@ def test_fig_7_beside_the_real_robot_s(tmp_path: Path) -> None:
     assert f'in brackets {shipped().label}' in run('fig7', '--model', str(path)).stdout
 
 
-def test_exploration_says_which_worlds(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_exploration_names_its_worlds(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(learning, 'self_taught', lambda *_: shipped())
     answer = run('exploration', '--model', 'learned', '--seeds', '1', '--out', str(tmp_path))
     assert answer.exit_code == 0, answer.output

@@ -40,7 +40,7 @@ CASE = DemonstrationCase('pear', LEFT, RIGHT, Manner.PLACE)
 
 
 @pytest.mark.parametrize(('successes', 'tries'), [(0, 5), (3, 20), (13, 20), (20, 20), (77, 80)])
-def test_the_exact_interval_leaves_the_tails_that_it_says(successes: int, tries: int) -> None:
+def test_the_exact_interval_has_the_nominal_tails(successes: int, tries: int) -> None:
     low, high = exact_interval(successes, tries)
     if successes:
         assert stats.binom.sf(successes - 1, tries, low) == pytest.approx(0.025)
@@ -51,7 +51,7 @@ def test_the_exact_interval_leaves_the_tails_that_it_says(successes: int, tries:
 
 
 @pytest.mark.parametrize('bad', [(-1, 3), (4, 3), (0, 0)])
-def test_what_cannot_be_counted_is_refused(bad: tuple[int, int]) -> None:
+def test_impossible_counts_are_rejected(bad: tuple[int, int]) -> None:
     with pytest.raises(ValueError, match='Expected'):
         exact_interval(*bad)
     with pytest.raises(ValueError, match='Expected 1 try'):
@@ -61,7 +61,7 @@ def test_what_cannot_be_counted_is_refused(bad: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(('a', 'b'), [(4.09, 6.18), (9.09, 1.18), (0.09, 10.18)])
-def test_the_predictive_interval_of_a_row_is_the_beta_binomial_s(a: float, b: float) -> None:
+def test_the_predictive_interval_of_a_row_is_beta_binomial(a: float, b: float) -> None:
     worlds = np.random.default_rng(0).beta(a, b, 200_000)
     law = stats.betabinom(20, a, b)
     expected = law.ppf(0.025) / 20, law.ppf(0.975) / 20
@@ -70,20 +70,20 @@ def test_the_predictive_interval_of_a_row_is_the_beta_binomial_s(a: float, b: fl
     assert law.cdf(20 * high) - law.cdf(20 * low - 1) >= 0.949
 
 
-def test_who_is_certain_expects_one_share_only() -> None:
+def test_a_certain_prediction_has_an_interval_of_one_value() -> None:
     assert predictive_interval(np.ones(10), 20) == ProportionInterval(1.0, 1.0)
     assert predictive_interval(np.zeros(10), 20) == ProportionInterval(0.0, 0.0)
     assert not ProportionInterval(1.0, 1.0).holds(0.95)
 
 
-def test_the_calibration_error_by_hand() -> None:
+def test_the_calibration_error_of_an_example() -> None:
     # One bin is right on average, the other off by 0.2; the second holds a quarter of the tries.
     assert calibration_error(
         [0.5, 0.55, 0.9], [0.35, 0.70, 0.7], [15, 15, 10]
     ) == pytest.approx(0.25 * 0.2)  # fmt: skip
 
 
-def test_forecasts_are_table_1_and_the_exact_values_of_plans() -> None:
+def test_forecasts_equal_table_1_and_the_exact_values_of_plans() -> None:
     model = shipped()
     cases = [
         DemonstrationCase(name, x_i, x_f, manner)
@@ -108,7 +108,7 @@ def test_forecasts_are_table_1_and_the_exact_values_of_plans() -> None:
         assert np.mean(helps) == pytest.approx(plans[o].help_rate)
 
 
-def test_following_a_plan_is_what_enumeration_says() -> None:
+def test_a_plan_has_the_success_of_its_enumeration() -> None:
     rng = np.random.default_rng(3)
     worlds = rng.dirichlet(np.ones(3), size=(4, 3, 6))
     best = plan(worlds[0], TABLETOP.goal_matrix[RIGHT] > 0, 2, TABLETOP.stuck)
@@ -151,7 +151,7 @@ def predicted(name: str, x_i: int, action: int, x_f: int) -> float:
     return float(shipped().objects[name].transition[x_i, action, x_f])
 
 
-def test_episodes_are_counted_as_they_went() -> None:
+def test_scores_of_episodes() -> None:
     expected = forecasts(shipped(), [CASE], np.random.default_rng(0))
     reached = {
         approach: score(EPISODES, 'ml', approach, expected).successes for approach in Approach
@@ -165,7 +165,7 @@ def test_episodes_are_counted_as_they_went() -> None:
     assert gain.error == pytest.approx(np.std([1, 0, 0, 0]) / 2)
 
 
-def test_an_action_that_several_modes_took_is_one_try() -> None:
+def test_an_action_that_several_modes_chose_is_one_try() -> None:
     place, push = reliability(EPISODES, 'ml', predicted)
     assert (place.action, place.successes, place.tries) == (Action.PLACE_RIGHT, 1, 3)
     assert (push.action, push.successes, push.tries) == (Action.PUSH_RIGHT, 1, 3)
@@ -177,7 +177,7 @@ def test_an_action_that_several_modes_took_is_one_try() -> None:
     assert (hoped, achieved, count) == (1.0, pytest.approx(1 / 3), 3)
 
 
-def test_cells_are_held_against_the_model_s_own_doubt() -> None:
+def test_cells_are_checked_against_the_predictive_interval() -> None:
     expected = forecasts(shipped(), [CASE], np.random.default_rng(0))
     cells = {cell.approach: cell for cell in interval_checks(EPISODES, 'ml', expected)}
     # One success of ten placed, one of four here; ten of ten pushed, and one of four here.

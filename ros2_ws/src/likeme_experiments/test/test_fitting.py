@@ -59,7 +59,7 @@ def test_impossible_results_fail_and_certain_ones_pass() -> None:
     assert multinomial_p_value((10, 0, 0), smoothed((25, 25, 0))) < 0.05
 
 
-def test_what_is_no_distribution_is_refused() -> None:
+def test_invalid_distributions_are_rejected() -> None:
     with pytest.raises(ValueError, match=r'sum to 1, got 0\.900'):
         multinomial_p_value((1, 2, 3), np.array([0.3, 0.3, 0.3]))
     with pytest.raises(ValueError, match='Expected 3 counts'):
@@ -79,7 +79,7 @@ def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
         assert len(mine) == 3
 
 
-def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> None:
+def test_deviance_is_small_where_counts_agree_or_trials_are_few() -> None:
     assert deviance((5, 5, 0), (6, 6, 0)) == 0.0
     assert 0.0 < deviance((5, 5, 0), (9, 3, 0)) < deviance((5, 5, 0), (12, 0, 0)) < MAX_DEVIANCE
     assert deviance((0, 10, 0), (1, 1, 0)) < deviance((0, 10, 0), (12, 12, 0))
@@ -97,16 +97,16 @@ def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> N
         ('arm_noise', {'chicken PUSH_LEFT', 'pear PLACE_OFFTABLE'}),
     ],
 )
-def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) -> None:
-    said = {f'{r.name} {r.action.name}' for r in table_rows() if touches(parameter, r)}
-    assert touched <= said
+def test_a_parameter_affects_its_rows(parameter: str, touched: set[str]) -> None:
+    affected = {f'{r.name} {r.action.name}' for r in table_rows() if touches(parameter, r)}
+    assert touched <= affected
     if parameter == 'pear_mass':
-        assert all(pair.startswith('pear PLACE') for pair in said)
+        assert all(pair.startswith('pear PLACE') for pair in affected)
     if parameter == 'reach':
-        assert all(pair.endswith('PUSH_OFFTABLE') for pair in said)
+        assert all(pair.endswith('PUSH_OFFTABLE') for pair in affected)
 
 
-def test_every_searched_number_is_a_fitted_one_and_touches_rows_that_are_seen() -> None:
+def test_every_searched_parameter_affects_fitted_rows() -> None:
     seen, _ = split(table_rows())
     for parameter, _ in STEPS:
         assert parameter in FITTED
@@ -114,7 +114,7 @@ def test_every_searched_number_is_a_fitted_one_and_touches_rows_that_are_seen() 
 
 
 @pytest.mark.parametrize('name', sorted({name for name, _ in STEPS}))
-def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> None:
+def test_levels_ascend_within_the_range_and_include_the_value(name: str) -> None:
     p = FITTED[name]
     for value in (p.low, p.value, p.high):
         tried = levels(name, value)
@@ -123,7 +123,7 @@ def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> No
         assert p.low <= tried[0] <= tried[-1] <= p.high
 
 
-def test_only_what_is_better_than_chance_is_followed() -> None:
+def test_a_level_must_be_better_by_the_margin() -> None:
     row = next(r for r in table_rows() if str(r) == 'pear LEFT PUSH_RIGHT')
     assert row.real == (0, 10, 0)
     name = str(row)
@@ -142,22 +142,24 @@ def test_only_what_is_better_than_chance_is_followed() -> None:
     assert best_level(0.2, alike, [row])[0] == 0.2
 
 
-def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
+def test_trials_are_kept_and_continued(tmp_path: Path) -> None:
     path = tmp_path / 'trials.jsonl'
     seen = [r for r in table_rows() if str(r) == 'chicken LEFT PUSH_LEFT']
-    wanted, told = [0.0, 0.04], list[int]()
-    made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    wanted, progress = [0.0, 0.04], list[int]()
+    made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, progress.append)
     assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
     lines = read(path)
     torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
     path.write_text(torn)
-    again = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    again = try_levels(
+        path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, progress.append
+    )
     assert again == made
     assert sorted(read(path)) == sorted(lines)
-    assert told == [0, 1, 2, 1, 2]
+    assert progress == [0, 1, 2, 1, 2]
 
 
-def test_the_table_says_what_passes() -> None:
+def test_the_table_reports_passing_rows() -> None:
     table = table_rows()
     seen, _ = split(table)
     entries = [RowEvaluation(row, (5, 5, 0), 0.5 if row in seen else 0.01) for row in table]

@@ -77,9 +77,11 @@ def test_fig_6(monkeypatch: pytest.MonkeyPatch) -> None:
     assert report.figure is not None
     assert len(report.figure().axes) == 2
     assert '35 deg' in report.text
-    told = report.document['told_by_movements']
-    assert told['mentors_of_each_kind'] == 16
-    assert told['right_after_each_movement'][-1] > 0.9 > told['right_after_each_movement'][0]
+    detected = report.document['told_by_movements']
+    assert detected['mentors_of_each_kind'] == 16
+    assert (
+        detected['right_after_each_movement'][-1] > 0.9 > detected['right_after_each_movement'][0]
+    )
     assert 'by movements alone' in report.text
 
 
@@ -91,6 +93,6 @@ def test_a_95_region_holds_95_percent() -> None:
     assert inside.mean() == pytest.approx(0.95, abs=0.01)
 
 
-def test_an_option_that_would_change_nothing_is_refused() -> None:
+def test_an_unused_option_is_rejected() -> None:
     result = CliRunner().invoke(app, ['fig4', '--model', 'shipped'])
     assert result.exit_code == 2

@@ -28,7 +28,7 @@ def draw(scene: MentorScene = SCENE, count: int = 4) -> list[GazeTrial]:
     return list(draw_trials(np.random.default_rng(3), scene, count))
 
 
-def test_as_many_trials_to_either_side_and_the_same_for_a_seed() -> None:
+def test_trials_are_balanced_and_reproducible() -> None:
     assert sorted(trial.side for trial in draw()) == [-1, -1, 1, 1]
     assert sum(trial.side for trial in draw(count=5)) in (-1, 1)
     assert draw() == draw()
@@ -54,11 +54,11 @@ def test_thirty_degrees_count(degrees: float, points: int) -> None:
         assert score(trial, trial.side * math.radians(degrees)) == points
 
 
-def test_a_line_and_the_summary_tell_the_numbers() -> None:
+def test_a_line_and_the_summary() -> None:
     trial = draw()[0]._replace(side=1, target=(3.0, 3.0))
     goal = Gaussian(np.array([3.25, 2.5]), np.diag([1.0, 0.25]))
-    told = line(7, SCENE, trial, RobotResponse(goal, math.radians(39.12)))
-    assert ' '.join(told.split()) == (
+    text = line(7, SCENE, trial, RobotResponse(goal, math.radians(39.12)))
+    assert ' '.join(text.split()) == (
         '7 left (3.00, 3.00) m (3.25 ± 1.00, 2.50 ± 0.50) yes 39.1 degrees left +1'
     )
     assert not inside(trial, RobotResponse(goal._replace(covariance=goal.covariance / 100), 0.0))

@@ -62,11 +62,11 @@ def exploration(
     every, touched = np.arange(seeds), None
     for trial in range(max(checkpoints)):
         if policy is ExplorationStrategy.INFORMATION_GAIN:
-            anew = trial % (2 * REFIT) == 0
+            redraw_all = trial % (2 * REFIT) == 0
             if trial % REFIT == 0:
                 weights = fit_weights(counts, weights)
             alpha = counts + shared_prior(counts, weights)
-            if anew or touched is None:
+            if redraw_all or touched is None:
                 gain = information_gain(alpha, rng)
             else:
                 gain[every, touched] = information_gain(alpha[every, touched], rng)

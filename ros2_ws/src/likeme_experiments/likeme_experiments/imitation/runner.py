@@ -1,4 +1,4 @@
-"""Makes episodes in several processes; a stopped run goes on where it was."""
+"""Makes episodes in several processes; a stopped run continues from the log."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.scene import Scene
 from likeme_perception.config import PerceptionConfig
 
-#: Increment when trials are made in another way than before.
+#: Increment when the procedure of a trial changes.
 PROTOCOL = 2
 #: Digest -> name, for robots whose trials were recorded under a name computed otherwise. When a
 #: field is renamed and no number changes, add the new digest with the old name.
