@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from likeme_bags import editing
+from likeme_bags.check_results import Level
 from likeme_bags.doctor import examine
 from likeme_bags.errors import BagError
 from likeme_bags.export_csv import export_csv
@@ -21,7 +22,6 @@ from likeme_bags.export_lerobot import export_lerobot
 from likeme_bags.export_mp4 import export_mp4
 from likeme_bags.info import described, in_words
 from likeme_bags.reading import open_bag
-from likeme_bags.verdicts import Level
 
 app = typer.Typer(
     add_completion=False,

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_bags.adapting import CAMERA_INFO, COLOUR, DEPTH, bare, camera_remap
+from likeme_bags.check_results import Verdict, fail, fine, warn
 from likeme_bags.errors import BagError
-from likeme_bags.facts import TopicFacts
 from likeme_bags.reading import Bag
-from likeme_bags.verdicts import Verdict, fail, fine, warn
+from likeme_bags.topic_statistics import TopicFacts
 
 # Colour and depth belong together up to this difference of their header stamps, ns: half a period
 # of a camera of 30 Hz.

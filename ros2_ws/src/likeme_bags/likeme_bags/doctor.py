@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from likeme_bags.camera_checks import CAMERA_CHECKS
+from likeme_bags.check_results import Level, Verdict, fine
 from likeme_bags.errors import BagError
-from likeme_bags.facts import gather
 from likeme_bags.notes import About
 from likeme_bags.reading import Bag, open_bag
 from likeme_bags.topic_checks import TOPIC_CHECKS
-from likeme_bags.verdicts import Level, Verdict, fine
+from likeme_bags.topic_statistics import gather
 
 
 class Finding(NamedTuple):

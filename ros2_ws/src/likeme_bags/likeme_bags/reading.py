@@ -16,8 +16,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_bags.bag_files import Found, find, kind_of
 from likeme_bags.errors import BagError, DamagedError
-from likeme_bags.finding import Found, find, kind_of
 from likeme_bags.mcap_storage import McapStorage
 from likeme_bags.notes import About, Note, Notes
 from likeme_bags.packed import unpack_file

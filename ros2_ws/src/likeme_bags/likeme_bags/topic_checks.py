@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Qos, QosDurability, QosReliability
 
 from likeme_bags.adapting import bare
+from likeme_bags.check_results import Verdict, fail, fine, warn
 from likeme_bags.errors import LIBRARY_ERRORS, BagError, DamagedError
-from likeme_bags.facts import TopicFacts
 from likeme_bags.reading import Bag
+from likeme_bags.topic_statistics import TopicFacts
 from likeme_bags.typestores import typestore_of
-from likeme_bags.verdicts import Verdict, fail, fine, warn
 
 # Topics of the cell whose subscribers want more than best effort: see the table of topics.
 _RELIABLE = ('table_state', 'demonstration', 'goal_belief', 'decision', 'outcome')

@@ -11,13 +11,13 @@ from typer.testing import CliRunner
 
 from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.bag_console import app
+from likeme_bags.check_results import Level
 from likeme_bags.doctor import examine
 from likeme_bags.images import IMAGE, DecodedImage, image_record
 from likeme_bags.qos import LATCHED
 from likeme_bags.samples import STRING, text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
-from likeme_bags.verdicts import Level
 from likeme_bags.writing import BagWriter
 
 BEGIN, PERIOD = 1_700_000_000_000_000_000, 33_333_333
