@@ -1,31 +1,36 @@
-"""What a check may say."""
+"""The result of one check of `bag.sh doctor`."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import NamedTuple
 
 
 class Level(StrEnum):
-    """How bad it is: fail makes `bag.sh doctor` exit with 1."""
+    """How serious it is: FAIL makes `bag.sh doctor` exit with 1."""
 
-    FINE = 'ok'
+    OK = 'ok'
     WARN = 'warn'
     FAIL = 'FAIL'
 
 
-Verdict = tuple[Level, str]
+class CheckResult(NamedTuple):
+    """What a check found, in one sentence."""
+
+    level: Level
+    sentence: str
 
 
-def fine(sentence: str) -> Verdict:
-    """Nothing to object to."""
-    return Level.FINE, sentence
+def ok(sentence: str) -> CheckResult:
+    """Nothing is wrong."""
+    return CheckResult(Level.OK, sentence)
 
 
-def warn(sentence: str) -> Verdict:
-    """Odd, but it can be used."""
-    return Level.WARN, sentence
+def warn(sentence: str) -> CheckResult:
+    """Unusual, or not checked; the bag can be used."""
+    return CheckResult(Level.WARN, sentence)
 
 
-def fail(sentence: str) -> Verdict:
+def fail(sentence: str) -> CheckResult:
     """Something is missing or wrong."""
-    return Level.FAIL, sentence
+    return CheckResult(Level.FAIL, sentence)

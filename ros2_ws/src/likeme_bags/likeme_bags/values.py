@@ -36,11 +36,6 @@ class Topic:
     # 'RIHS01_...' or ''.
     type_hash: str = ''
 
-    @property
-    def file_stem(self) -> str:
-        """What a file that holds it alone is called."""
-        return self.name.strip('/').replace('/', '-')
-
     def counted(self, count: int) -> Topic:
         """The same topic with another number of messages."""
         return replace(self, count=count)
