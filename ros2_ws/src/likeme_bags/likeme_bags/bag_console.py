@@ -15,7 +15,7 @@ import typer
 from likeme_bags import editing
 from likeme_bags.check_results import Level
 from likeme_bags.doctor import examine
-from likeme_bags.errors import BagError
+from likeme_bags.errors import BagError, UnsupportedError
 from likeme_bags.export_csv import export_csv
 from likeme_bags.export_lerobot import export_lerobot
 from likeme_bags.export_mp4 import export_mp4
@@ -214,8 +214,10 @@ def export(
         out.mkdir(parents=True)
         try:
             exported = _export(bags, out, form, topics, fps, task or [])
-        except BaseException:
+        except BaseException as error:
             shutil.rmtree(out, ignore_errors=True)
+            if isinstance(error, UnsupportedError):
+                raise BagError(f'{error} Choose others with --topics.') from None
             raise
         if form == ExportFormat.LEROBOT:
             print(f'{len(bags)} episodes in {out}')

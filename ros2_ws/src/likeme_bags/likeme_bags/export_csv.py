@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from likeme_bags.errors import BagError, UnsupportedError
+from likeme_bags.errors import BagError
 from likeme_bags.export_result import Exported
 from likeme_bags.flattening import flatten
 from likeme_bags.reading import Bag
@@ -23,12 +23,14 @@ def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) ->
     Long arrays, as those of images and point clouds, are given by their length.
 
     Raises:
-        BagError: a topic's type is not known, or a message of it does not decode.
+        UnsupportedError: a topic's type is not known, or its definition cannot be used.
+        BagError: there are no messages, or one does not decode.
     """
     stems = file_stems(bag.topics)
     chosen = {(t.name, t.type): t for t in topics_to_export(bag, topics)}
     for topic in chosen.values():
-        _check(topic)
+        # Before anything is written.
+        typestore_of(topic)
     paths: dict[Topic, Path] = {}
     with ExitStack() as stack:
         tables: dict[Topic, Any] = {}
@@ -45,11 +47,3 @@ def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) ->
         raise BagError(f'Expected messages to export in {bag.path.name}, got none.')
     remarks = rename_remarks({topic.name: stems[topic] for topic in paths}, '-')
     return Exported(list(paths.values()), remarks, bag.complete)
-
-
-def _check(topic: Topic) -> None:
-    """Refuse a topic that cannot be decoded before anything is written."""
-    try:
-        typestore_of(topic)
-    except UnsupportedError as error:
-        raise BagError(f'{topic.name}: {error} Choose others with --topics.') from None

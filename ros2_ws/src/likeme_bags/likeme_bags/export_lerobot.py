@@ -1,6 +1,6 @@
 """`bag.sh export --format lerobot`: bags as a LeRobot dataset, layout v3.0.
 
-One bag is one episode, with a data file and a video a camera of its own:
+One bag is one episode, with its own data file and one video for each camera:
 
     meta/info.json  meta/stats.json  meta/tasks.parquet  meta/episodes/chunk-000/file-000.parquet
     data/chunk-000/file-000.parquet
@@ -32,7 +32,7 @@ from likeme_bags.lerobot_meta import (
     EPISODES_PATH,
     VIDEO_PATH,
     RunningStatistics,
-    info,
+    dataset_info,
     tasks_table,
     vector_stats,
 )
@@ -72,7 +72,7 @@ def export_lerobot(
 
 
 class _Dataset:
-    """Grows by episodes; the files in meta/ are written at the end."""
+    """Writes episodes one by one, and the files in meta/ at the end."""
 
     def __init__(self, folder: Path, fps: int, tasks: list[str]) -> None:
         self._folder, self._fps, self._tasks = folder, fps, tasks
@@ -188,7 +188,7 @@ class _Dataset:
             for name, m in self._statistics.items()
         }
         _write_json(meta / 'stats.json', stats)
-        document = info(
+        document = dataset_info(
             self._fps,
             len(self._rows),
             self._total,

@@ -104,7 +104,8 @@ def _positions(source: EpisodeSource, topic: Topic, record: Record) -> NDArray[n
         raise BagError(
             f'{topic.name}: expected a position of {missing[0]}, got {sorted(by_name)}.'
         )
-    return np.array([by_name[name] for name in source.joint_names], np.float32)
+    with np.errstate(over='ignore'):
+        return np.array([by_name[name] for name in source.joint_names]).astype(np.float32)
 
 
 def _camera_names(topics: Sequence[str]) -> list[str]:

@@ -39,7 +39,8 @@ class RunningStatistics:
         other._rows, other._count = len(table), finite.sum(0)
         other._low = np.where(finite, table, np.inf).min(0)
         other._high = np.where(finite, table, -np.inf).max(0)
-        other._sum, other._squares = there.sum(0), (there**2).sum(0)
+        with np.errstate(over='ignore'):
+            other._sum, other._squares = there.sum(0), (there**2).sum(0)
         self.join(other)
 
     def join(self, other: RunningStatistics) -> None:
@@ -98,7 +99,7 @@ def tasks_table(tasks: Sequence[str]) -> pa.Table:
     return table.replace_schema_metadata({'pandas': json.dumps(pandas)})
 
 
-def info(
+def dataset_info(
     fps: int,
     episodes: int,
     total_frames: int,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Typesdict
@@ -63,33 +63,40 @@ def typestore_of(topic: Topic) -> Typestore:
         UnsupportedError: neither the bag nor Jazzy defines it, or the bag's definition cannot be
             used.
     """
-    if topic.definition:
-        return _defined(topic.type, topic.definition, topic.encoding)
-    if topic.type not in jazzy().fielddefs:
-        raise UnsupportedError(f'Expected a definition of {topic.type} ({topic.name}), got none.')
+    try:
+        if topic.definition:
+            return _defined(topic.type, topic.definition, topic.encoding)
+        if topic.type not in jazzy().fielddefs:
+            raise UnsupportedError(f'expected a definition of {topic.type}, got none.')
+    except UnsupportedError as error:
+        raise UnsupportedError(f'{topic.name}: {error}') from None
     return jazzy()
 
 
 @lru_cache(maxsize=256)
 def _defined(name: str, text: str, encoding: str) -> Typestore:
     if len(text) > _MAX_DEFINITION:
-        raise UnsupportedError(f'Expected a definition of {name}, got {len(text)} characters.')
+        raise UnsupportedError(f'expected a definition of {name}, got {len(text)} characters.')
     store = get_typestore(Stores.EMPTY)
     store.max_sequence_length = MAX_BLOCK
     try:
-        store.register(_parsed(name, text, encoding))
+        store.register(parsed_definition(name, text, encoding))
         _add_missing(store, name)
         store.get_msgdef(name)
     except LIBRARY_ERRORS as error:
-        why = one_line(error, 160)
         raise UnsupportedError(
-            f'Expected a definition of {name} that can be used, got one that does not parse: {why}'
+            f'expected a definition of {name} that can be used, got one that does not parse: '
+            f'{one_line(error, 160)}.'
         ) from None
     return store
 
 
-def _parsed(name: str, text: str, encoding: str) -> Typesdict:
-    """The types of a definition: its own, and those that follow, each after a line of '='."""
+def parsed_definition(name: str, text: str, encoding: str) -> Typesdict:
+    """The types of a definition: its own, and those that follow, each after a line of '='.
+
+    Raises:
+        one of LIBRARY_ERRORS: it cannot be parsed.
+    """
     if encoding not in _LANGUAGES:
         raise TypesysError(f"expected it as {' or '.join(_LANGUAGES[:2])}, got '{encoding[:20]}'")
     types: Typesdict = {}
@@ -97,15 +104,34 @@ def _parsed(name: str, text: str, encoding: str) -> Typesdict:
         heading = _HEADING.match(part)
         language, own = heading.groups() if heading else ('', name)
         body = part[heading.end() :] if heading else part
+        if language in ('SRV', 'ACTION'):
+            raise TypesysError(f'the text of a {language.lower()} file defines no single message')
         if language == 'IDL' or (not language and encoding.endswith('idl')):
             if body := _IDL_TOKENS.sub(lambda token: token[1] or ' ', body).strip():
                 types.update(get_types_from_idl(body))
-        elif language in ('SRV', 'ACTION'):
-            raise TypesysError(f'the text of a {language.lower()} file defines no single message')
         elif language or part.strip() or not types:
-            # Constants are not in the messages, and ROS 1 allowed names that the parser does not.
-            types.update(get_types_from_msg(_CONSTANT.sub('', body), own))
+            types.update(_from_msg(body, own))
     return types
+
+
+def _from_msg(text: str, name: str) -> Typesdict:
+    try:
+        types = get_types_from_msg(text, name)
+    except TypesysError:
+        # ROS 1 allowed names of constants that the parser does not.
+        types = get_types_from_msg(_CONSTANT.sub('', text), name)
+    # The parser puts /msg/ into names that have /srv/.
+    return cast('Typesdict', _replaced(types, '/srv/msg/', '/srv/'))
+
+
+def _replaced(value: Any, old: str, new: str) -> Any:
+    if isinstance(value, str):
+        return value.replace(old, new)
+    if isinstance(value, dict):
+        return {key.replace(old, new): _replaced(each, old, new) for key, each in value.items()}
+    if isinstance(value, list) or type(value) is tuple:
+        return type(value)(_replaced(each, old, new) for each in value)
+    return value
 
 
 def _plain(text: str) -> str:
@@ -167,5 +193,5 @@ def decode(topic: Topic, data: bytes) -> object:
             # Some tools embed definitions that are cut short.
             return decode(replace(topic, definition=''), data)
         raise DamagedError(
-            f'Expected a {topic.type} on {topic.name}: {one_line(error, 160)}'
+            f'{topic.name}: expected a {topic.type}, got other bytes: {one_line(error, 160)}'
         ) from None

@@ -34,6 +34,7 @@ MSG = {
     'a separator of another length': f'int32 a\nB b\n{"=" * 40}  \nMSG: p/msg/B\nint32 x\n',
     "Jazzy's types not embedded": 'std_msgs/Int32 a\nint32 b\n',
 }
+EVENT = f'int32 a\np/srv/T_Request b\n{LINE}MSG: p/srv/T_Request\nint32 x\n'
 STRUCT = 'module p { module msg { struct T { long a; long b; }; }; };\n'
 IDL = {
     'include': f'// from p/msg/T.msg\n#include "p/msg/B.idl"\n{STRUCT}',
@@ -71,6 +72,13 @@ def ints(message: Any) -> list[int]:
 @pytest.mark.parametrize('form', MSG)
 def test_message_definitions(form: str) -> None:
     topic = Topic('/x', 'p/msg/T', definition=MSG[form], encoding='ros2msg')
+    assert ints(decode(topic, TWO)) == [1, 2]
+
+
+@pytest.mark.parametrize('name', ['p/srv/T_Event', 'p/action/T_Goal'])
+def test_messages_of_services_and_actions(name: str) -> None:
+    text = EVENT if name.endswith('Event') else EVENT.replace('/srv/', '/action/')
+    topic = Topic('/x', name, definition=text, encoding='ros2msg')
     assert ints(decode(topic, TWO)) == [1, 2]
 
 
@@ -116,10 +124,10 @@ def test_definitions_that_cannot_be_used_are_a_warning(name: str, tmp_path: Path
         app, ['export', str(path), '--format', 'csv', '--out', str(tmp_path / 'csv')]
     )
     assert done.exit_code == 1
-    assert done.stderr.startswith('bag: /x: Expected a definition of p/')
+    assert done.stderr.startswith('bag: /x: expected a definition of p/')
     assert len(done.stderr.splitlines()) == 1
     assert not (tmp_path / 'csv').exists()
-    with open_bag(path) as bag, pytest.raises(BagError, match='Expected a definition of p/'):
+    with open_bag(path) as bag, pytest.raises(BagError, match='/x: expected a definition of p/'):
         decode(bag.topics[0], TWO)
 
 
