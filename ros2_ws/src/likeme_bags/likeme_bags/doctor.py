@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from likeme_bags.bag_warnings import About
 from likeme_bags.camera_checks import CAMERA_CHECKS
 from likeme_bags.errors import BagError
 from likeme_bags.facts import gather
-from likeme_bags.notes import About
 from likeme_bags.reading import Bag, open_bag
 from likeme_bags.topic_checks import TOPIC_CHECKS
 from likeme_bags.verdicts import Level, Verdict, fine

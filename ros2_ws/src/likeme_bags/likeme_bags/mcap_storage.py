@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from likeme_bags.ahead import Ahead
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.compression import decompress_prefix
 from likeme_bags.errors import DamagedError
 from likeme_bags.files import FileBytes
@@ -20,7 +20,7 @@ from likeme_bags.mcap_records import (
 )
 from likeme_bags.mcap_topics import McapTopics
 from likeme_bags.mcap_walk import ChunkPlace, walk
-from likeme_bags.notes import About, Notes
+from likeme_bags.prefetch import Ahead
 from likeme_bags.storage import BlockCache, Channel
 
 

@@ -8,10 +8,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.errors import BagError
 from likeme_bags.index import Index
 from likeme_bags.limits import MAX_TOPICS
-from likeme_bags.notes import About, Notes
 from likeme_bags.sqlite_file import Patience, open_sqlite
 from likeme_bags.storage import Channel
 

@@ -219,7 +219,7 @@ def test_bombs_are_refused_within_bounded_memory(tmp_path: Path) -> None:
 def test_a_packed_file_that_unpacks_too_far(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr('likeme_bags.packed.MAX_UNPACKED', 10 * 2**20)
+    monkeypatch.setattr('likeme_bags.rosbag2_compression.MAX_UNPACKED', 10 * 2**20)
     (tmp_path / 'a.mcap.zstd').write_bytes(zstd.compress(bytes(20 * 2**20)))
     with pytest.raises(BagError, match='unpacks to more than'):
         open_bag(tmp_path / 'a.mcap.zstd')
