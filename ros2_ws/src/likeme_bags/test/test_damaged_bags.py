@@ -13,14 +13,15 @@ from zlib import crc32
 
 import pytest
 from backports import zstd
+from sample_bags import KINDS, sample_records
 
 from likeme_bags.errors import BagError
 from likeme_bags.mcap_records import MAGIC, Op
 from likeme_bags.reading import Bag, open_bag
-from likeme_bags.samples import KINDS, sample_records
 from likeme_bags.values import Record
 
 Sample = Callable[[str], Path]
+FUZZ = Path(__file__).with_name('fuzz_bags.py')
 # What a process that reads a 100 kB bomb may take in all, bytes.
 MEMORY = 1536 * 2**20
 
@@ -226,9 +227,16 @@ def test_a_packed_file_that_unpacks_too_far(
 
 
 def test_fuzz_1000(tmp_path: Path) -> None:
-    """The command that runs it longer: ./scripts/run.sh python -m likeme_bags.fuzz --runs N."""
+    """Run it longer: ../run.sh python ros2_ws/src/likeme_bags/test/fuzz_bags.py --runs N."""
     done = subprocess.run(
-        [sys.executable, '-m', 'likeme_bags.fuzz', '--runs', '1000', '--seed', '7'],
+        [
+            sys.executable,
+            Path(__file__).with_name('fuzz_bags.py'),
+            '--runs',
+            '1000',
+            '--seed',
+            '7',
+        ],
         capture_output=True,
         text=True,
         timeout=280,
@@ -239,7 +247,9 @@ def test_fuzz_1000(tmp_path: Path) -> None:
 
 def test_the_fuzz_test_would_notice(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """With checksums and counts ignored, wrong messages and silent losses come to light."""
-    from likeme_bags import fuzz, mcap_storage
+    import fuzz_bags as fuzz
+
+    from likeme_bags import mcap_storage
     from likeme_bags.compression import decompress
 
     monkeypatch.setattr(
