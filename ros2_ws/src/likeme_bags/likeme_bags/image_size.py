@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from likeme_bags.cursor import Cursor
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.errors import DamagedError
 
 _PNG = b'\x89PNG\r\n\x1a\n'

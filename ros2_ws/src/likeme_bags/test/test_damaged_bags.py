@@ -16,7 +16,7 @@ from backports import zstd
 from sample_bags import KINDS, sample_records
 
 from likeme_bags.errors import BagError
-from likeme_bags.mcap_records import MAGIC, Op
+from likeme_bags.mcap_format import MAGIC, Op
 from likeme_bags.reading import Bag, open_bag
 from likeme_bags.values import Record
 
@@ -249,11 +249,11 @@ def test_the_fuzz_test_would_notice(monkeypatch: pytest.MonkeyPatch, tmp_path: P
     """With checksums and counts ignored, wrong messages and silent losses come to light."""
     import fuzz_bags as fuzz
 
-    from likeme_bags import mcap_storage
+    from likeme_bags import mcap_reader
     from likeme_bags.compression import decompress
 
     monkeypatch.setattr(
-        mcap_storage, 'unpacked', lambda head, data: decompress(data, head.method, head.size)
+        mcap_reader, 'unpacked', lambda head, data: decompress(data, head.method, head.size)
     )
     monkeypatch.setattr('likeme_bags.reading.Bag.complete', True)
     outcomes = list(fuzz.fuzz(200, 0, tmp_path))
