@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.errors import BagError, DamagedError
 from likeme_bags.limits import MAX_FILES
 from likeme_bags.metadata import NAME, Metadata, read_metadata
-from likeme_bags.notes import About, Notes
 
 _KINDS = ('.mcap', '.db3', '.bag')
 _NUMBER = re.compile(r'(\d+)(?=\.(?:mcap|db3|bag)(?:\.zstd)?$)')

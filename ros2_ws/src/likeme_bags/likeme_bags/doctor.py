@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from likeme_bags.bag_warnings import About
 from likeme_bags.camera_checks import CAMERA_CHECKS
 from likeme_bags.check_results import CheckResult, fail, ok, warn
 from likeme_bags.errors import BagError
-from likeme_bags.notes import About
 from likeme_bags.reading import Bag, open_bag
 from likeme_bags.topic_checks import TOPIC_CHECKS
 from likeme_bags.topic_statistics import topic_statistics

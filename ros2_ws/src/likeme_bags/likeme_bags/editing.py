@@ -11,8 +11,8 @@ from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
+from likeme_bags.bag_warnings import About
 from likeme_bags.errors import BagError
-from likeme_bags.notes import About
 from likeme_bags.reading import Bag, open_bag
 from likeme_bags.topic_names import select_topics
 from likeme_bags.values import Record, Topic

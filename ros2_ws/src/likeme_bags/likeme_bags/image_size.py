@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from likeme_bags.cursor import Cursor
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.errors import DamagedError
 
 _PNG, _JPEG = b'\x89PNG\r\n\x1a\n', b'\xff\xd8'

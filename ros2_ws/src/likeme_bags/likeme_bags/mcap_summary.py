@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterator, Sequence
 from zlib import crc32
 
-from likeme_bags.cursor import Cursor
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.errors import DamagedError
 from likeme_bags.files import FileBytes
 from likeme_bags.limits import MAX_CHUNKS, MAX_TEXT
-from likeme_bags.mcap_records import PREFIX, ChunkHeader, Op, chunk_header
+from likeme_bags.mcap_format import PREFIX, ChunkHeader, Op, chunk_header
 
 # Read at once while a checksum is formed, bytes.
 _STEP = 2**20

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TypeVar
 
-from likeme_bags.mcap_records import ChannelRecord, ChunkContent, Schema
-from likeme_bags.mcap_walk import Layout
-from likeme_bags.notes import About, Notes
+from likeme_bags.bag_warnings import About, Notes
+from likeme_bags.mcap_format import ChannelRecord, ChunkContent, Schema
+from likeme_bags.mcap_scan import Layout
 from likeme_bags.storage import Channel
 
 T = TypeVar('T')

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_bags.bag_files import Found, find, kind_of
+from likeme_bags.bag_warnings import About, Note, Notes
+from likeme_bags.channel_streams import Stream, streams_of, topics_of
 from likeme_bags.errors import BagError, DamagedError
-from likeme_bags.mcap_storage import McapStorage
-from likeme_bags.notes import About, Note, Notes
-from likeme_bags.packed import unpack_file
-from likeme_bags.ros1_storage import Ros1Storage
-from likeme_bags.sqlite_storage import SqliteStorage
+from likeme_bags.mcap_reader import McapStorage
+from likeme_bags.ros1_reader import Ros1Storage
+from likeme_bags.rosbag2_compression import unpack_file
+from likeme_bags.sqlite_reader import SqliteStorage
 from likeme_bags.storage import Storage
-from likeme_bags.streams import Stream, streams_of, topics_of
 from likeme_bags.values import Record, Topic
 
 __all__ = ['Bag', 'Record', 'Topic', 'open_bag']

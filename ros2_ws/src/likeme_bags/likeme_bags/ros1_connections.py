@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from likeme_bags.notes import About, Notes
-from likeme_bags.ros1_records import Fields, fields_of, text_of, u32
+from likeme_bags.bag_warnings import About, Notes
+from likeme_bags.ros1_format import Fields, fields_of, text_of, u32
 from likeme_bags.storage import Channel
 
 

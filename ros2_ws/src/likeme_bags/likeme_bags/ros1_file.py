@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from likeme_bags.cursor import Cursor
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.errors import DamagedError
 from likeme_bags.files import FileBytes
 from likeme_bags.limits import MAX_CHUNKS
-from likeme_bags.ros1_records import MAGIC, MAX_HEADER, Fields, Op, fields_of, u8, u64
+from likeme_bags.ros1_format import MAGIC, MAX_HEADER, Fields, Op, fields_of, u8, u64
 
 
 def head_at(file: FileBytes, at: int) -> tuple[Fields, int, int]:

@@ -7,12 +7,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from sample_bags import BEGIN, STRING, sample_records, text_record
 
 from likeme_bags.adapting import COLOUR, DEPTH, INFO, Adaptation, camera_remap
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import open_bag
-from likeme_bags.samples import BEGIN, STRING, sample_records, text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter

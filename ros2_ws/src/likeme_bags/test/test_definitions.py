@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sample_bags import BEGIN
 from typer.testing import CliRunner
 
 from likeme_bags.bag_console import app
 from likeme_bags.doctor import examine
 from likeme_bags.errors import BagError
 from likeme_bags.reading import open_bag
-from likeme_bags.samples import BEGIN
 from likeme_bags.typestores import decode
 from likeme_bags.values import Topic
 

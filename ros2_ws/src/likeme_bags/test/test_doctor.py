@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sample_bags import STRING, text_record
 from typer.testing import CliRunner
 
 from likeme_bags.adapting import COLOUR, DEPTH, INFO
@@ -15,7 +16,6 @@ from likeme_bags.check_results import Level
 from likeme_bags.doctor import examine
 from likeme_bags.images import IMAGE, DecodedImage, image_record
 from likeme_bags.qos import LATCHED
-from likeme_bags.samples import STRING, text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter

@@ -13,11 +13,11 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from numpy.typing import NDArray
+from sample_bags import BEGIN, STRING, text_record
 from typer.testing import CliRunner, Result
 
 from likeme_bags.bag_console import app
 from likeme_bags.images import DecodedImage, image_record
-from likeme_bags.samples import BEGIN, STRING, text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from sample_bags import text_record
 
 from likeme_bags.errors import BagError, UnsupportedError
 from likeme_bags.images import COMPRESSED, IMAGE, DecodedImage, decode_image, image_record
-from likeme_bags.samples import text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record
 from likeme_bags.videos import as_rgb

@@ -13,13 +13,13 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import Reader
+from sample_bags import BEGIN, CHATTER, COLOUR, KINDS, PERIOD, sample_records
+from sample_bags import DEPTH as DEPTH_TOPIC
 from typer.testing import CliRunner, Result
 
 from likeme_bags.bag_console import app
 from likeme_bags.images import IMAGE, DecodedImage, image_record
 from likeme_bags.reading import open_bag
-from likeme_bags.samples import BEGIN, CHATTER, COLOUR, KINDS, PERIOD, sample_records
-from likeme_bags.samples import DEPTH as DEPTH_TOPIC
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter

@@ -9,9 +9,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.errors import BagError
 from likeme_bags.limits import MAX_BLOCK
-from likeme_bags.notes import About, Notes
 
 _MAGIC = b'SQLite format 3\0'
 # Where the file's first page keeps the number of pages (sqlite.org/fileformat).

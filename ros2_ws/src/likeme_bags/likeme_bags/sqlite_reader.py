@@ -8,11 +8,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.errors import BagError
 from likeme_bags.index import Index
 from likeme_bags.limits import MAX_TOPICS
-from likeme_bags.notes import About, Notes
-from likeme_bags.sqlite_file import Patience, open_sqlite
+from likeme_bags.sqlite_salvage import Patience, open_sqlite
 from likeme_bags.storage import Channel
 
 # By row id: in a damaged schema the column `id` may no longer stand for it.

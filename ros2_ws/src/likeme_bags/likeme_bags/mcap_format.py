@@ -8,8 +8,8 @@ from enum import IntEnum
 from typing import NamedTuple
 from zlib import crc32
 
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.compression import decompress
-from likeme_bags.cursor import Cursor
 from likeme_bags.errors import DamagedError
 from likeme_bags.limits import MAX_IN_CHUNK
 

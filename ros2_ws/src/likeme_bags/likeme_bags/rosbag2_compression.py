@@ -7,9 +7,9 @@ from pathlib import Path
 
 from backports import zstd
 
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.errors import BagError, DamagedError
 from likeme_bags.limits import MAX_BLOCK, MAX_UNPACKED
-from likeme_bags.notes import About, Notes
 
 _STEP = 4 * 2**20
 # Disk space that is left alone, bytes.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from likeme_bags.cursor import Cursor
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.errors import DamagedError
 
 MAGIC = b'#ROSBAG V2.0\n'

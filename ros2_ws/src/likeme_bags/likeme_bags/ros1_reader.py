@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
 
+from likeme_bags.bag_warnings import About, Notes
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.compression import decompress, decompress_prefix
-from likeme_bags.cursor import Cursor
 from likeme_bags.errors import DamagedError
 from likeme_bags.files import FileBytes
 from likeme_bags.index import Index
 from likeme_bags.limits import MAX_BLOCK, MAX_CHUNKS
-from likeme_bags.notes import About, Notes
 from likeme_bags.ros1_connections import Connections
 from likeme_bags.ros1_file import head_at, is_cut, next_chunk
-from likeme_bags.ros1_records import (
+from likeme_bags.ros1_format import (
     MAGIC,
     Fields,
     Op,

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Qos
 
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.errors import BagError, DamagedError
 from likeme_bags.limits import MAX_TOPICS
 from likeme_bags.metadata import Metadata, TopicClaim
-from likeme_bags.notes import About, Notes
-from likeme_bags.packed import unpack_message
 from likeme_bags.qos import LATCHED, profiles
 from likeme_bags.ros1_types import ros1_type
+from likeme_bags.rosbag2_compression import unpack_message
 from likeme_bags.storage import Channel, Storage
 from likeme_bags.typestores import full_name
 from likeme_bags.values import Record, Topic

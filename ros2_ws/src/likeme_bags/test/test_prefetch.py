@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_bags import ahead
-from likeme_bags.ahead import ROOM, WORTH, Ahead
+from likeme_bags import prefetch
 from likeme_bags.errors import DamagedError
 from likeme_bags.images import IMAGE, DecodedImage, image_record
+from likeme_bags.prefetch import ROOM, WORTH, Ahead
 from likeme_bags.reading import open_bag
 from likeme_bags.values import Topic
 from likeme_bags.writing import BagWriter
@@ -19,7 +19,7 @@ from likeme_bags.writing import BagWriter
 
 @pytest.fixture(autouse=True)
 def _two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ahead.os, 'sched_getaffinity', lambda _: {0, 1})
+    monkeypatch.setattr(prefetch.os, 'sched_getaffinity', lambda _: {0, 1})
 
 
 class Chunks:
@@ -95,7 +95,7 @@ def test_without_threads_it_reads_all_the_same(monkeypatch: pytest.MonkeyPatch) 
     def none_left(*_: object) -> None:
         raise RuntimeError("can't start new thread")
 
-    monkeypatch.setattr(ahead.ThreadPoolExecutor, 'submit', none_left)
+    monkeypatch.setattr(prefetch.ThreadPoolExecutor, 'submit', none_left)
     chunks = Chunks()
     reader = Ahead(chunks.read, chunks.size_of)
     assert [reader.get(n) for n in range(4)] == [f'chunk {n}' for n in range(4)]
@@ -122,7 +122,7 @@ def test_a_camera_is_read_the_same_with_and_without_threads(
         file.write_bytes(data)
         told = []
         for threads in (2, 1):
-            monkeypatch.setattr(ahead, 'THREADS', threads)
+            monkeypatch.setattr(prefetch, 'THREADS', threads)
             with open_bag(path) as bag:
                 records = list(bag.records())
                 told.append((records, bag.warnings, bag.complete))

@@ -5,12 +5,13 @@ from __future__ import annotations
 from array import array
 from dataclasses import dataclass, field
 
-from likeme_bags.cursor import Cursor
+from likeme_bags.bag_warnings import About, Notes
+from likeme_bags.byte_reader import Cursor
 from likeme_bags.errors import DamagedError
 from likeme_bags.files import FileBytes
 from likeme_bags.index import MAX_STAMP
 from likeme_bags.limits import MAX_CHUNKS
-from likeme_bags.mcap_records import (
+from likeme_bags.mcap_format import (
     MAGIC,
     MESSAGE,
     PREFIX,
@@ -28,7 +29,6 @@ from likeme_bags.mcap_summary import (
     record_prefix,
     summary_holds,
 )
-from likeme_bags.notes import About, Notes
 
 
 @dataclass

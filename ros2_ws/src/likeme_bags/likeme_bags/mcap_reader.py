@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from likeme_bags.ahead import Ahead
+from likeme_bags.bag_warnings import About, Notes
 from likeme_bags.compression import decompress_prefix
 from likeme_bags.errors import DamagedError
 from likeme_bags.files import FileBytes
 from likeme_bags.index import MAX_STAMP, Index
 from likeme_bags.limits import MAX_BLOCK
-from likeme_bags.mcap_records import (
+from likeme_bags.mcap_format import (
     PREFIX,
     ChunkContent,
     ChunkHeader,
@@ -18,9 +18,9 @@ from likeme_bags.mcap_records import (
     parse_chunk,
     unpacked,
 )
+from likeme_bags.mcap_scan import ChunkPlace, walk
 from likeme_bags.mcap_topics import McapTopics
-from likeme_bags.mcap_walk import ChunkPlace, walk
-from likeme_bags.notes import About, Notes
+from likeme_bags.prefetch import Ahead
 from likeme_bags.storage import BlockCache, Channel
 
 
