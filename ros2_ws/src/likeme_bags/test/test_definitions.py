@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rosbags.rosbag1 import Writer as Writer1
 from sample_bags import BEGIN
 from typer.testing import CliRunner
 
@@ -139,3 +140,27 @@ def test_idl_with_an_include_becomes_a_table(tmp_path: Path) -> None:
     with (out / 'x.csv').open() as file:
         assert list(csv.DictReader(file)) == [{'log_time': str(BEGIN), 'a.x': '1', 'b': '2'}]
     assert CliRunner().invoke(app, ['doctor', str(path)]).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    'definition',
+    [
+        'Header header\r\nint32 lower=3\r\nint32 a\r\n',
+        'int32 lower=3\nHeader header\nint32 a\n',
+    ],
+)
+def test_definitions_in_ros_1_bags(tmp_path: Path, definition: str) -> None:
+    """Line ends of Windows, and constants that ROS 2 does not allow."""
+    header = f'{LINE}MSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n'
+    if '\r' in definition:
+        header = header.replace('\n', '\r\n')
+    path = tmp_path / 'x.bag'
+    with Writer1(path) as writer:
+        connection = writer.add_connection(
+            '/x', 'p/msg/T', msgdef=definition + header, md5sum='0' * 32
+        )
+        writer.write(connection, BEGIN, struct.pack('<IIIIi', 9, 8, 7, 0, 42))
+    with open_bag(path) as bag:
+        message: Any = decode(bag.topics[0], next(bag.records()).data)
+        assert bag.complete
+    assert (message.header.stamp.sec, message.header.stamp.nanosec, message.a) == (8, 7, 42)
