@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image, encoding_of, image_record
 from likeme_bags.reading import Bag
-from likeme_bags.typestores import described, full_name, typestore_of
+from likeme_bags.typestores import full_name, jazzy_definition, typestore_of
 from likeme_bags.values import Record, Topic
 
 CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
@@ -64,14 +64,14 @@ _TRANSPORTS = ('', '/compressed', '/compressedDepth')
 _WANTED = {COLOUR: (IMAGE, COMPRESSED), DEPTH: (IMAGE, COMPRESSED), INFO: (CAMERA_INFO,)}
 
 
-def bare(name: str) -> str:
+def without_slash(name: str) -> str:
     """A topic's name without its leading slash."""
     return name.removeprefix('/')
 
 
 def camera_role(name: str) -> str:
     """COLOUR, DEPTH or INFO for a topic that drivers are known to call so, else ''."""
-    name = bare(name).removesuffix('/compressed').removesuffix('/compressedDepth')
+    name = without_slash(name).removesuffix('/compressed').removesuffix('/compressedDepth')
     return next((target for target, known in KNOWN_NAMES.items() if name in known), '')
 
 
@@ -83,7 +83,7 @@ def camera_remap(bag: Bag, given: Mapping[str, str] | None = None) -> dict[str, 
     """
     remap = dict(given or {})
     for target, known in KNOWN_NAMES.items():
-        chosen = [name for name, new in remap.items() if bare(new) == target]
+        chosen = [name for name, new in remap.items() if without_slash(new) == target]
         topic = _first(bag, chosen or [f'{n}{end}' for n in known for end in _TRANSPORTS])
         if topic is None:
             have = ', '.join(f'{t.name} ({t.type})' for t in bag.topics) or 'no topics'
@@ -93,14 +93,18 @@ def camera_remap(bag: Bag, given: Mapping[str, str] | None = None) -> dict[str, 
         if topic.type not in _WANTED[target]:
             wanted = ' or '.join(_WANTED[target])
             raise BagError(f'{topic.name} as {target}: expected {wanted}, got {topic.type}.')
-        remap[topic.name] = next((new for new in remap.values() if bare(new) == target), target)
+        remap[topic.name] = next(
+            (new for new in remap.values() if without_slash(new) == target), target
+        )
     return remap
 
 
 def _first(bag: Bag, names: Collection[str]) -> Topic | None:
     """The first of these topics that has messages."""
-    there = {bare(topic.name): topic for topic in bag.topics if topic.count}
-    return next((there[bare(name)] for name in names if bare(name) in there), None)
+    there = {without_slash(topic.name): topic for topic in bag.topics if topic.count}
+    return next(
+        (there[without_slash(name)] for name in names if without_slash(name) in there), None
+    )
 
 
 @dataclass(frozen=True)
@@ -137,13 +141,13 @@ class Adaptation:
         Raises:
             BagError: an image cannot be decompressed; with its topic, what was found and expected.
         """
-        new = {(t.name, t.type): self._topic(t) for t in bag.topics}
+        new = {topic.key: self._topic(topic) for topic in bag.topics}
         self._check(bag)
         for record in bag.records(topics, start, end):
-            topic = new[record.topic, record.type]
+            topic = new[record.key]
             if record.type == COMPRESSED and topic.type == IMAGE:
                 yield image_record(topic.name, record.stamp, decode_image(record))
-            elif record.type == topic.type == IMAGE and bare(topic.name) == COLOUR:
+            elif record.type == topic.type == IMAGE and without_slash(topic.name) == COLOUR:
                 yield _readable_colour(record)._replace(topic=topic.name)
             else:
                 yield record._replace(topic=topic.name, type=topic.type)
@@ -151,13 +155,13 @@ class Adaptation:
     def _new_name(self, name: str) -> str:
         return (
             self.remap.get(name)
-            or self.remap.get(bare(name))
-            or self.remap.get(f'/{bare(name)}', name)
+            or self.remap.get(without_slash(name))
+            or self.remap.get(f'/{without_slash(name)}', name)
         )
 
     def _new_type(self, topic: Topic) -> str:
         mapped = {full_name(old): full_name(new) for old, new in self.types.items()}
-        name = bare(self._new_name(topic.name))
+        name = without_slash(self._new_name(topic.name))
         if topic.type == COMPRESSED and name in (COLOUR, DEPTH):
             return mapped.get(topic.type, IMAGE)
         return mapped.get(topic.type, topic.type)
@@ -166,7 +170,7 @@ class Adaptation:
         name, kind = self._new_name(topic.name), self._new_type(topic)
         if kind == topic.type:
             return replace(topic, name=name)
-        text, digest = described(kind)
+        text, digest = jazzy_definition(kind)
         if not text:
             text, digest = topic.definition, ''
         return replace(
@@ -174,9 +178,9 @@ class Adaptation:
         )
 
     def _check(self, bag: Bag) -> None:
-        names = {bare(topic.name) for topic in bag.topics}
+        names = {without_slash(topic.name) for topic in bag.topics}
         for old in self.remap:
-            if bare(old) not in names:
+            if without_slash(old) not in names:
                 raise BagError(
                     f'--remap {old}: expected a topic of the bag, got {sorted(names)[:8]}.'
                 )
@@ -188,10 +192,10 @@ class Adaptation:
 
     def _check_names(self, bag: Bag) -> None:
         """Refuse a name that topics would share because one of them was renamed."""
-        new = {bare(name) for name in self.remap.values()}
+        new = {without_slash(name) for name in self.remap.values()}
         taken: dict[str, str] = {}
         for topic in bag.topics:
-            name = bare(self._new_name(topic.name))
+            name = without_slash(self._new_name(topic.name))
             if topic.count and name in new and taken.setdefault(name, topic.name) != topic.name:
                 raise BagError(
                     f'Expected one topic as {name}, got {taken[name]} and {topic.name}; give one '
@@ -212,7 +216,7 @@ def _readable_colour(record: Record) -> Record:
 
 def _same_layout(topic: Topic, kind: str) -> None:
     """Refuse a type whose fields differ from those of the topic's own."""
-    if not described(kind)[0]:
+    if not jazzy_definition(kind)[0]:
         # A user's type, not known here: nothing to compare with.
         return
     old = typestore_of(topic).fielddefs[topic.type][1]

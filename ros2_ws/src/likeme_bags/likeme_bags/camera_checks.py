@@ -7,7 +7,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_bags.adapting import CAMERA_INFO, COLOUR, DEPTH, bare, camera_remap, camera_role
+from likeme_bags.adapting import (
+    CAMERA_INFO,
+    COLOUR,
+    DEPTH,
+    camera_remap,
+    camera_role,
+    without_slash,
+)
 from likeme_bags.check_results import CheckResult, fail, ok, warn
 from likeme_bags.errors import BagError
 from likeme_bags.reading import Bag
@@ -28,7 +35,9 @@ def _camera(bag: Bag, statistics: Sequence[TopicStatistics]) -> CheckResult:
         remap = camera_remap(bag)
     except BagError as error:
         return warn(str(error))
-    foreign = [f'{old}:={new}' for old, new in remap.items() if bare(old) != bare(new)]
+    foreign = [
+        f'{old}:={new}' for old, new in remap.items() if without_slash(old) != without_slash(new)
+    ]
     if foreign:
         return warn(f'Plays to the cell with --remap {" --remap ".join(foreign)}.')
     return ok("Colour, depth and camera info are there under the cell's names.")
@@ -96,7 +105,7 @@ def _of(
 ) -> TopicStatistics | None:
     """The topic of the cell's name, else the one with most images of such an encoding."""
     images = [f for f in statistics if f.is_image and f.encodings]
-    named = [f for f in images if bare(f.topic.name) == name]
+    named = [f for f in images if without_slash(f.topic.name) == name]
     there = [f for f in images if f.encodings & set(encodings)]
     return max(named or there, key=lambda f: len(f.stamps), default=None)
 

@@ -27,15 +27,15 @@ def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) ->
         BagError: there are no messages, or one does not decode.
     """
     stems = file_stems(bag.topics)
-    chosen = {(t.name, t.type): t for t in topics_to_export(bag, topics)}
+    chosen = {topic.key: topic for topic in topics_to_export(bag, topics)}
     for topic in chosen.values():
         # Before anything is written.
         typestore_of(topic)
     paths: dict[Topic, Path] = {}
     with ExitStack() as stack:
         tables: dict[Topic, Any] = {}
-        for record in bag.records({name for name, _ in chosen}):
-            topic = chosen[record.topic, record.type]
+        for record in bag.records({topic.name for topic in chosen.values()}):
+            topic = chosen[record.key]
             fields = list(flatten(decode(topic, record.data)))
             if topic not in tables:
                 paths[topic] = folder / f'{stems[topic]}.csv'

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Qos, QosDurability, QosReliability
 
-from likeme_bags.adapting import bare
+from likeme_bags.adapting import without_slash
 from likeme_bags.check_results import CheckResult, fail, ok, warn
 from likeme_bags.errors import LIBRARY_ERRORS, BagError, UnsupportedError
 from likeme_bags.reading import Bag
@@ -176,7 +176,7 @@ def _names(bag: Bag, statistics: Sequence[TopicStatistics]) -> CheckResult:
 def _matches(bag: Bag, statistics: Sequence[TopicStatistics]) -> CheckResult:
     """Whether the cell's own subscribers would match what a player offers."""
     for topic in bag.topics:
-        name = bare(topic.name)
+        name = without_slash(topic.name)
         for problem in _mismatches(name, topic.qos):
             return fail(f'{topic.name} {problem}, so subscribers in the cell would not match it.')
     bare_topics = [t.name for t in bag.topics if not t.qos]

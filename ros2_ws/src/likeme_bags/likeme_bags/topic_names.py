@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Collection, Mapping, Sequence
 
-from likeme_bags.adapting import bare
+from likeme_bags.adapting import without_slash
 from likeme_bags.errors import BagError
 from likeme_bags.reading import Bag
 from likeme_bags.values import Topic
@@ -28,7 +28,11 @@ def select_topics(bag: Bag, names: Collection[str] | None) -> list[Topic]:
     known = {topic.name for topic in bag.topics}
     wanted = set[str]()
     for name in names:
-        same = {name} if name in known else {each for each in known if bare(each) == bare(name)}
+        same = (
+            {name}
+            if name in known
+            else {each for each in known if without_slash(each) == without_slash(name)}
+        )
         if not same:
             have = ', '.join(sorted(known)) or 'no topics'
             raise BagError(f'--topics {name}: expected topics of {bag.path.name}, got {have}.')

@@ -67,11 +67,11 @@ class TopicStatistics:
 
 def topic_statistics(bag: Bag) -> list[TopicStatistics]:
     """Read the whole bag once."""
-    statistics = {(t.name, t.type): TopicStatistics(t) for t in bag.topics}
+    statistics = {topic.key: TopicStatistics(topic) for topic in bag.topics}
     with_header = {key for key, stats in statistics.items() if has_header(stats.topic)}
-    last: dict[tuple[str, str], tuple[int, int]] = {}
+    last: dict[object, tuple[int, int]] = {}
     for record in bag.records():
-        key = record.topic, record.type
+        key = record.key
         stats = statistics[key]
         stats.stamps.append(record.stamp)
         stats.size += len(record.data)

@@ -170,7 +170,7 @@ def _element(field: Any) -> str:
     return str(detail if kind == Nodetype.NAME else detail[0])
 
 
-def described(name: str) -> tuple[str, str]:
+def jazzy_definition(name: str) -> tuple[str, str]:
     """Definition text and hash of a type of Jazzy; ('', '') when it is not one."""
     store = jazzy()
     if name not in store.fielddefs:

@@ -1,4 +1,4 @@
-"""What a bag consists of, as values."""
+"""Topics and recorded messages of a bag."""
 
 from __future__ import annotations
 
@@ -19,6 +19,11 @@ class Record(NamedTuple):
     # CDR of the ROS 2 type, with its header of 4 bytes.
     data: bytes
 
+    @property
+    def key(self) -> tuple[str, str]:
+        """The `key` of its topic."""
+        return self.topic, self.type
+
 
 @dataclass(frozen=True)
 class Topic:
@@ -35,6 +40,11 @@ class Topic:
     encoding: str = ''
     # 'RIHS01_...' or ''.
     type_hash: str = ''
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """What tells topics of a bag apart."""
+        return self.name, self.type
 
     def counted(self, count: int) -> Topic:
         """The same topic with another number of messages."""

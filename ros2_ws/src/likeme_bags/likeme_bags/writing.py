@@ -22,7 +22,7 @@ from likeme_bags.storage_writers import (
     HonestSqliteWriter,
     hashed,
 )
-from likeme_bags.typestores import described
+from likeme_bags.typestores import jazzy_definition
 from likeme_bags.values import Record, Topic
 
 # metadata.yaml as Jazzy writes it.
@@ -91,7 +91,7 @@ class BagWriter:
             return
         text, digest = topic.definition, topic.type_hash
         if not text:
-            text, known = described(topic.type)
+            text, known = jazzy_definition(topic.type)
             digest = digest or known
         connection = self._writer.add_connection(
             topic.name,
