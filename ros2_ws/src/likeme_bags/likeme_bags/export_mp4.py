@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +19,12 @@ from likeme_bags.sampling import (
     time_jumps,
 )
 from likeme_bags.topic_names import file_stems, rename_remarks, topics_to_export
-from likeme_bags.values import Topic
+from likeme_bags.values import Record, Topic
 from likeme_bags.videos import Video, as_rgb
 
-# Of a video whose rate is not given, Hz.
+# Of a video whose rate is not given, Hz: bounds, and the rate where all log times are equal.
 _RATES = (0.1, 240.0)
+_RATE_WITHOUT_TIMES = 30.0
 
 
 def export_mp4(
@@ -53,10 +54,19 @@ def export_mp4(
 def _write(bag: Bag, topic: Topic, path: Path, fps: float | None) -> list[str]:
     """One video; what a user should know of it."""
     stamps = bag.stamps(topic.name)
+    if len(stamps) > 1 and stamps[0] == stamps[-1]:
+        rate = fps or _RATE_WITHOUT_TIMES
+        _write_images(path, rate, bag.records([topic.name]))
+        return [f'{topic.name}: all log times are equal; images are written at {rate:.5g} Hz.']
     jumps = time_jumps(stamps)
     rate = fps or float(np.clip(median_rate(stamps) or 1.0, *_RATES))
     times = sample_times(int(stamps[0]), int(stamps[-1]), rate, jumps)
-    with Video(path, rate) as video:
-        for now in sample_and_hold(bag, [topic.name], times):
-            video.write(as_rgb(decode_image(now[topic.name])))
+    samples = sample_and_hold(bag, [topic.name], times)
+    _write_images(path, rate, (sample[topic.name] for sample in samples))
     return jump_remark(topic.name, jumps)
+
+
+def _write_images(path: Path, rate: float, records: Iterable[Record]) -> None:
+    with Video(path, rate) as video:
+        for record in records:
+            video.write(as_rgb(decode_image(record)))

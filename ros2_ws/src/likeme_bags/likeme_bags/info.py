@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_bags.reading import Bag
+from likeme_bags.sampling import time_jumps
 from likeme_bags.text_output import one_line
 
 
@@ -42,9 +43,11 @@ def bag_summary(bag: Bag) -> dict[str, Any]:
 
 
 def _rate(stamps: NDArray[np.int64]) -> float:
-    """Messages a second between the first and the last of a topic."""
+    """Messages per second between the first and the last of a topic, without clock jumps."""
+    jumps = time_jumps(stamps)
     span = int(stamps[-1] - stamps[0]) if len(stamps) > 1 else 0
-    return (len(stamps) - 1) * 1e9 / span if span else 0.0
+    span -= int(np.diff(jumps, axis=1).sum())
+    return (len(stamps) - 1 - len(jumps)) * 1e9 / span if span > 0 else 0.0
 
 
 def summary_text(summary: dict[str, Any]) -> str:

@@ -246,6 +246,8 @@ def test_jumps_of_the_clock_are_left_out(tmp_path: Path, kind: str) -> None:
     assert info['total_frames'] == len(stamps)
     out, done = export(source, 'csv')
     assert done.exit_code == 0, done.stderr
+    rate = strict(bag('info', source, '--json').stdout)['topics'][0]['rate']
+    assert rate == (0 if kind == 'two messages' else 30)
     if 'the clock was set' in kind:
         assert bag('doctor', source).exit_code == 0
 
@@ -259,6 +261,19 @@ def test_pauses_are_kept_and_slow_cameras_are_no_jumps(tmp_path: Path) -> None:
     out, done = export(write(tmp_path / 'slow', [grey('/cam', s, 9) for s in stamps]), 'mp4')
     assert (done.exit_code, done.stderr) == (0, '')
     assert len(frames_of(out / 'cam.mp4')) == 801
+
+
+@pytest.mark.parametrize('stamp', [0, BEGIN])
+def test_images_whose_log_times_are_all_equal(tmp_path: Path, stamp: int) -> None:
+    source = write(tmp_path / 'equal', [grey('/cam', stamp, 20 * k) for k in range(9)])
+    out, done = export(source, 'mp4')
+    assert done.exit_code == 0
+    assert '/cam: all log times are equal; images are written at 30 Hz.' in done.stderr
+    seen = [frame.mean() for frame in frames_of(out / 'cam.mp4')]
+    np.testing.assert_allclose(seen, 20 * np.arange(9), atol=6)
+    out, done = export(source, 'lerobot')
+    assert done.exit_code == 1
+    assert not out.exists()
 
 
 def test_too_many_frames_are_refused(tmp_path: Path) -> None:
