@@ -6,6 +6,8 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterable
 
+from likeme_bags.sampling import MAX_STEP
+
 #: s between two looks at the keyboard.
 GLANCE = 0.05
 
@@ -16,6 +18,8 @@ class EndedByKeyError(Exception):
 
 class Transport:
     """Lets a player wait until a stamp is due.
+
+    Steps of more than an hour are left out: the clock was set while the bag was recorded.
 
     Attributes:
         rate: recorded s per s; 0: as fast as it goes.
@@ -28,10 +32,15 @@ class Transport:
         paused: bool = False,
         keys: Callable[[], Iterable[str]] = tuple,
         now: Callable[[], float] = time.monotonic,
+        say: Callable[[str], None] = lambda sentence: None,
     ) -> None:
-        """`keys` gives the keys pressed since it was asked last; `now` is a steady clock, s."""
+        """`keys` gives the keys pressed since it was asked last; `now` is a steady clock, s.
+
+        say: takes the sentences for the user.
+        """
         self.rate, self.paused = rate, paused
-        self._keys, self._now = keys, now
+        self._keys, self._now, self._say = keys, now, say
+        self._last = 0
         self._began: tuple[float, int] | None = None
         self._pressed: deque[str] = deque()
         self._step = False
@@ -47,6 +56,10 @@ class Transport:
             EndedByKeyError: by the key q.
         """
         self._listen()
+        if self._began is not None and self.rate > 0 and stamp - self._last > MAX_STEP:
+            self._say(f'The bag jumps by {(stamp - self._last) / 1e9:.0f} s; left out.')
+            self._began = None
+        self._last = stamp
         if self._began is None:
             self._began = self._now(), stamp
         while self.paused and not self._step:

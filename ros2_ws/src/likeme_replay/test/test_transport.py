@@ -47,6 +47,18 @@ def test_at_rate_zero_nothing_waits() -> None:
     assert played(clock, Transport(0.0, now=clock.time), 1, 99) == [0, 0]
 
 
+def test_jumps_of_the_recorded_clock_are_left_out() -> None:
+    """As from 0 to the first stamp of a clock that was set; a pause of an hour is kept."""
+    clock, said = Clock(), list[str]()
+    transport = Transport(2.0, now=clock.time, say=said.append)
+    stamps = (0, 1_700_000_000, 1_700_000_002, 1_700_003_602, 1_700_090_000, 1_700_090_001)
+    assert played(clock, transport, *stamps) == [0, 0, 1, 1801, 1801, 1801.5]
+    assert said == [
+        'The bag jumps by 1700000000 s; left out.',
+        'The bag jumps by 86398 s; left out.',
+    ]
+
+
 def test_space_pauses_and_goes_on_at_the_same_rate() -> None:
     clock = Clock({0.5: ' ', 3.0: ' '})
     assert played(clock, Transport(1.0, keys=clock.pressed, now=clock.time), 0, 1, 2) == [0, 3, 4]

@@ -53,7 +53,7 @@ def lockstep(given: Options) -> int:
             nodes = stack.enter_context(own_nodes(given.domain, parameters))
         stack.enter_context(_network(given.domain))
         keys = stack.enter_context(keyboard())
-        transport = Transport(given.rate or 0.0, given.pause, keys)
+        transport = Transport(given.rate or 0.0, given.pause, keys, say=say)
         bag = stack.enter_context(open_bag(given.bag))
         script = Script(adapted(given.remap, given.types)(bag, begin, end))
         try:
@@ -94,7 +94,9 @@ def play(given: Options) -> int:
         overrides = read_overrides(given.qos)
         stack.enter_context(_network(given.domain))
         keys = stack.enter_context(keyboard())
-        transport = Transport(1.0 if given.rate is None else given.rate, given.pause, keys)
+        transport = Transport(
+            1.0 if given.rate is None else given.rate, given.pause, keys, say=say
+        )
         node = PlayerNode(transport, given.clock, overrides, say)
         topics = [new for old, new in zip(bag.topics, adaptation.topics(bag), strict=True)
                   if old.name in chosen]  # fmt: skip
