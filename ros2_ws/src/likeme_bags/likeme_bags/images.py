@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import io
 import re
 import struct
+import warnings
 from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from likeme_bags.errors import LIBRARY_ERRORS, BagError, UnsupportedError
-from likeme_bags.image_size import claimed_size, is_still_image
 from likeme_bags.text_output import one_line
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record
@@ -19,29 +21,12 @@ from likeme_bags.values import Record
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 _MAX_PIXELS = 2**26
-_GREY = (np.uint8, np.uint16, np.float32)
+# What Pillow warns of is an error here, or does not matter.
+warnings.filterwarnings('ignore', module='PIL')
+# Pillow's names for 8 and 16 bits and float32.
+_GREY_MODES = ('L', 'I;16', 'I;16B', 'I;16L', 'F')
 # What compressed_depth_image_transport puts before the PNG: a format number and two floats.
 _DEPTH_HEADER = struct.Struct('<iff')
-# Of the encodings with one value a channel: its type, and how many channels there are.
-_RAW: dict[str, tuple[str, int]] = {
-    'rgb8': ('u1', 3),
-    'bgr8': ('u1', 3),
-    '8UC3': ('u1', 3),
-    'rgba8': ('u1', 4),
-    'bgra8': ('u1', 4),
-    '8UC4': ('u1', 4),
-    'rgb16': ('u2', 3),
-    'bgr16': ('u2', 3),
-    '16UC3': ('u2', 3),
-    'rgba16': ('u2', 4),
-    'bgra16': ('u2', 4),
-    '16UC4': ('u2', 4),
-    'mono8': ('u1', 1),
-    '8UC1': ('u1', 1),
-    'mono16': ('u2', 1),
-    '16UC1': ('u2', 1),
-    '32FC1': ('f4', 1),
-}
 # OpenCV names a pattern by its second row: ROS's RGGB is its BG.
 _BAYER = {
     'bayer_rggb': cv2.COLOR_BayerBG2RGB,
@@ -55,6 +40,17 @@ _YUV422 = {
     'uyvy': cv2.COLOR_YUV2RGB_UYVY,
     'yuv422_yuy2': cv2.COLOR_YUV2RGB_YUY2,
     'yuyv': cv2.COLOR_YUV2RGB_YUY2,
+}
+# Type and number of the values of a pixel.
+_LAYOUTS: dict[str, tuple[str, int]] = {
+    **dict.fromkeys(('rgb8', 'bgr8', '8UC3'), ('u1', 3)),
+    **dict.fromkeys(('rgba8', 'bgra8', '8UC4'), ('u1', 4)),
+    **dict.fromkeys(('rgb16', 'bgr16', '16UC3'), ('u2', 3)),
+    **dict.fromkeys(('rgba16', 'bgra16', '16UC4'), ('u2', 4)),
+    **dict.fromkeys(('mono8', '8UC1', *(f'{pattern}8' for pattern in _BAYER)), ('u1', 1)),
+    **dict.fromkeys(('mono16', '16UC1', *(f'{pattern}16' for pattern in _BAYER)), ('u2', 1)),
+    **dict.fromkeys(_YUV422, ('u1', 2)),
+    '32FC1': ('f4', 1),
 }
 
 
@@ -98,7 +94,12 @@ def decode_image(record: Record) -> DecodedImage:
 def _raw(message: Any) -> tuple[str, NDArray[Any]]:
     """Pixels of sensor_msgs/Image."""
     encoding = message.encoding
-    kind, channels = _layout(encoding)
+    if encoding not in _LAYOUTS:
+        raise UnsupportedError(
+            'expected an encoding as rgb8, bgra8, rgb16, mono8, mono16, 16UC1, 32FC1, '
+            f"bayer_rggb8 or yuv422, got '{one_line(encoding, 20)}'."
+        )
+    kind, channels = _LAYOUTS[encoding]
     dtype = np.dtype(('>' if message.is_bigendian else '<') + kind)
     row = message.width * channels * dtype.itemsize
     step, height = message.step or row, message.height
@@ -112,22 +113,6 @@ def _raw(message: Any) -> tuple[str, NDArray[Any]]:
     if channels > 1:
         pixels = pixels.reshape(height, message.width, channels)
     return _converted(encoding, pixels)
-
-
-def _layout(encoding: str) -> tuple[str, int]:
-    """Type and number of the values of a pixel."""
-    if encoding in _YUV422:
-        return 'u1', 2
-    if encoding[:-1] in _BAYER and encoding.endswith('8'):
-        return 'u1', 1
-    if encoding[:-2] in _BAYER and encoding.endswith('16'):
-        return 'u2', 1
-    if encoding not in _RAW:
-        raise UnsupportedError(
-            'expected an encoding as rgb8, bgra8, rgb16, mono8, mono16, 16UC1, 32FC1, '
-            f"bayer_rggb8 or yuv422, got '{one_line(encoding, 20)}'."
-        )
-    return _RAW[encoding]
 
 
 def _converted(encoding: str, pixels: NDArray[Any]) -> tuple[str, NDArray[Any]]:
@@ -161,7 +146,7 @@ def _compressed(message: Any) -> tuple[str, NDArray[Any]]:
         return _compressed_depth(message.format, data)
     image = _decoded(data, message.format)
     if image.ndim == 3:
-        return _converted('bgr8', image)
+        return 'rgb8', image
     encoding = message.format.partition(';')[0].strip()
     if encoding.rstrip('0123456789') in _BAYER:
         return _converted(encoding, image)
@@ -195,21 +180,28 @@ def _compressed_depth(form: str, data: NDArray[np.uint8]) -> tuple[str, NDArray[
 
 
 def _decoded(data: NDArray[np.uint8], form: str) -> NDArray[Any]:
-    """A PNG, JPEG or TIFF as OpenCV has it: blue first."""
-    begin = bytes(data[:8])
-    if not is_still_image(begin) and not re.search('jpe?g|png|tiff?', form.lower() or 'png'):
-        raise UnsupportedError(f"expected PNG, JPEG or TIFF, got '{one_line(form, 40)}'.")
-    height, width = claimed_size(data.data)
-    if not 0 < height * width <= _MAX_PIXELS:
-        raise BagError(f'expected at most {_MAX_PIXELS} pixels, got {height}x{width}.')
-    image = cv2.imdecode(data, cv2.IMREAD_UNCHANGED | cv2.IMREAD_IGNORE_ORIENTATION)
-    if image is None:
-        raise BagError(f'expected a whole image of {height}x{width}, got a damaged one.')
-    if image.dtype not in ((np.uint8, np.uint16) if image.ndim == 3 else _GREY):
-        raise UnsupportedError(
-            f'expected channels of 8 or 16 bits, got {image.dtype} of {image.shape}.'
-        )
-    return image
+    """A PNG, JPEG or TIFF: (H, W, 3) uint8, or grey as (H, W) uint8, uint16 or float32.
+
+    Pillow gives colour of 16 bits with 8: the upper byte.
+    """
+    try:
+        with Image.open(io.BytesIO(data.data), formats=('PNG', 'JPEG', 'TIFF')) as image:
+            if image.width * image.height > _MAX_PIXELS:
+                size = f'{image.height}x{image.width}'
+                raise BagError(f'expected at most {_MAX_PIXELS} pixels, got {size}.')
+            if image.mode == 'I':
+                raise UnsupportedError('expected channels of 8 or 16 bits, got 32.')
+            if image.mode not in _GREY_MODES:
+                return np.asarray(image.convert('RGB'))
+            pixels = np.asarray(image)
+            return pixels.astype(pixels.dtype.newbyteorder('='), copy=False)
+    except (*LIBRARY_ERRORS, OSError, EOFError, Image.DecompressionBombError) as error:
+        if re.search('jpe?g|png|tiff?', form.lower() or 'png'):
+            raise BagError(
+                f'expected a whole PNG, JPEG or TIFF, got one of {len(data)} bytes that begins '
+                f'with {bytes(data[:8])!r}: {one_line(error, 80)}.'
+            ) from None
+    raise UnsupportedError(f"expected PNG, JPEG or TIFF, got '{one_line(form, 40)}'.")
 
 
 def encoding_of(record: Record) -> str:

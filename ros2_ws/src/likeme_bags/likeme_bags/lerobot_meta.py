@@ -24,11 +24,10 @@ class RunningStatistics:
 
     def __init__(self) -> None:
         self._rows = 0
-        self._count: NDArray[Any] = np.zeros(0)
-        self._low: NDArray[Any] = np.zeros(0)
-        self._high: NDArray[Any] = np.zeros(0)
-        self._sum: NDArray[Any] = np.zeros(0)
-        self._squares: NDArray[Any] = np.zeros(0)
+        # Of each column: count, sum and sum of squares of the finite values, shape (3, k).
+        self._sums: NDArray[Any] = np.zeros((3, 1))
+        self._low: Any = np.inf
+        self._high: Any = -np.inf
 
     def add(self, rows: NDArray[Any]) -> None:
         """Take in rows, shape (n,) or (n, k)."""
@@ -36,38 +35,30 @@ class RunningStatistics:
         finite = np.isfinite(table)
         there = np.where(finite, table, 0)
         other = RunningStatistics()
-        other._rows, other._count = len(table), finite.sum(0)
+        with np.errstate(over='ignore'):
+            other._sums = np.stack([finite.sum(0), there.sum(0), (there**2).sum(0)])
+        other._rows = len(table)
         other._low = np.where(finite, table, np.inf).min(0)
         other._high = np.where(finite, table, -np.inf).max(0)
-        with np.errstate(over='ignore'):
-            other._sum, other._squares = there.sum(0), (there**2).sum(0)
         self.join(other)
 
     def join(self, other: RunningStatistics) -> None:
         """Take in what another has seen."""
-        if not self._rows:
-            self._count, self._low, self._high = other._count, other._low, other._high
-            self._sum, self._squares = other._sum, other._squares
-        else:
-            self._count = self._count + other._count
-            self._low = np.minimum(self._low, other._low)
-            self._high = np.maximum(self._high, other._high)
-            self._sum = self._sum + other._sum
-            self._squares = self._squares + other._squares
         self._rows += other._rows
+        self._sums = self._sums + other._sums
+        self._low = np.minimum(self._low, other._low)
+        self._high = np.maximum(self._high, other._high)
 
     def of_vectors(self) -> dict[str, Any]:
         """min, max, mean, std of shape (k,), and count (1,)."""
+        count, total, squares = self._sums
         with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
-            mean = self._sum / self._count
+            mean = total / count
             # Rounding can leave a variance a little below 0.
-            std = np.sqrt(np.maximum(self._squares / self._count - mean**2, 0))
+            std = np.sqrt(np.maximum(squares / count - mean**2, 0))
         parts = {'min': self._low, 'max': self._high, 'mean': mean, 'std': std}
-        seen = self._count > 0
-        return {
-            **{name: np.where(seen, values, np.nan).tolist() for name, values in parts.items()},
-            'count': [self._rows],
-        }
+        stats = {name: np.where(count > 0, x, np.nan).tolist() for name, x in parts.items()}
+        return {**stats, 'count': [self._rows]}
 
     def of_images(self) -> dict[str, Any]:
         """The same of shape (3, 1, 1), a value a channel, 0 .. 1."""

@@ -133,5 +133,8 @@ def test_a_picture_that_does_not_unpack_is_refused_with_its_topic(tmp_path: Path
         writer.add(Topic('/eye', COMPRESSED))
         data = bytes(jazzy().serialize_cdr(message, COMPRESSED))
         writer.write(Record('/eye', COMPRESSED, 1, data))
-    with open_bag(tmp_path / 'bag') as bag, pytest.raises(BagError, match='/eye: Expected a PNG'):
+    with (
+        open_bag(tmp_path / 'bag') as bag,
+        pytest.raises(BagError, match='/eye: expected a whole PNG'),
+    ):
         list(Adaptation({'/eye': COLOUR}).records(bag))

@@ -203,7 +203,7 @@ def test_a_record_of_a_picture_decodes_to_it() -> None:
         compressed('h264', b'\0\0\0\1gB'),
         compressed('jxl', b'\xff\x0a' + bytes(20)),
         compressed('16UC1; compressedDepth rvl', bytes(50)),
-        compressed('tiff', bytes(cv2.imencode('.tiff', np.zeros((4, 4, 3), np.float32))[1])),
+        compressed('tiff', bytes(cv2.imencode('.tiff', DEPTH.astype(np.int32))[1])),
     ],
 )
 def test_formats_that_are_right_but_not_decoded(record: Record) -> None:
@@ -217,11 +217,14 @@ def huge_tiff() -> bytes:
     return b'II*\0' + struct.pack('<IH', 8, 2) + entries + bytes(4)
 
 
-def huge_png() -> bytes:
-    """A PNG that claims 60000 x 60000 pixels in 100 bytes."""
-    body = struct.pack('>IIBBBBB', 60000, 60000, 8, 2, 0, 0, 0)
-    crc = struct.pack('>I', zlib.crc32(b'IHDR' + body))
-    return b'\x89PNG\r\n\x1a\n' + struct.pack('>I', 13) + b'IHDR' + body + crc + bytes(40)
+def huge_png(side: int) -> bytes:
+    """A PNG that claims `side` x `side` pixels in 80 bytes."""
+    body = struct.pack('>IIBBBBB', side, side, 8, 2, 0, 0, 0)
+    parts = [(b'IHDR', body), (b'IDAT', zlib.compress(b'x')), (b'IEND', b'')]
+    return b'\x89PNG\r\n\x1a\n' + b''.join(
+        struct.pack('>I', len(data)) + name + data + struct.pack('>I', zlib.crc32(name + data))
+        for name, data in parts
+    )
 
 
 REFUSED = {
@@ -230,13 +233,24 @@ REFUSED = {
     'too few bytes': (lambda: raw('rgb8', bytes(100), 96), '100 bytes in all'),
     'a step below the width': (lambda: raw('rgb8', bytes(24 * 96), 10), 'rows of 10'),
     'too wide for its data': (lambda: raw('rgb8', bytes(96), 96, width=2**31), 'got rows of 96'),
-    'no picture': (lambda: compressed('jpeg', b'hello'), 'Expected a PNG, JPEG or TIFF'),
-    'a cut picture': (lambda: compressed('png', png(COLOUR)[:200]), 'a damaged one'),
-    'a bomb': (lambda: compressed('png', huge_png()), 'pixels, got 60000x60000'),
-    'a bomb in TIFF': (lambda: compressed('tiff', huge_tiff()), 'pixels, got 60000x60000'),
+    'no picture': (lambda: compressed('jpeg', b'hello'), 'expected a whole PNG, JPEG or TIFF'),
+    'a cut picture': (
+        lambda: compressed('png', png(COLOUR)[:200]),
+        'expected a whole PNG, JPEG or TIFF',
+    ),
+    'a bomb': (lambda: compressed('png', huge_png(60000)), '3600000000 pixels'),
+    'a smaller bomb': (lambda: compressed('png', huge_png(9000)), 'pixels, got 9000x9000'),
+    'a cut JPEG': (
+        lambda: compressed('jpeg', bytes(cv2.imencode('.jpg', COLOUR)[1])[:-300]),
+        'truncated',
+    ),
+    'a bomb in TIFF': (
+        lambda: compressed('tiff', huge_tiff()),
+        'expected a whole PNG, JPEG or TIFF',
+    ),
     'a cut TIFF': (
         lambda: compressed('tiff', bytes(cv2.imencode('.tiff', COLOUR)[1])[:100]),
-        'the size of a TIFF',
+        'expected a whole PNG, JPEG or TIFF',
     ),
     'no pixels': (lambda: raw('rgb8', b'', 0, width=0), 'expected an image, got one of 24x0'),
     'RVL': (lambda: compressed('16UC1; compressedDepth rvl', bytes(50)), 'depth as PNG'),
