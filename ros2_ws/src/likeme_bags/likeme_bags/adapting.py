@@ -128,10 +128,10 @@ class Adaptation:
         Raises:
             BagError: a picture cannot be unpacked; with its topic, what was found and expected.
         """
-        new = {(t.name, t.type): self._topic(t) for t in bag.topics}
+        new = {(t.name, t.type, t.schema): self._topic(t) for t in bag.topics}
         self._check(bag)
         for record in bag.records(topics, start, end):
-            topic = new[record.topic, record.type]
+            topic = new[record.topic, record.type, record.schema]
             if record.type == COMPRESSED and topic.type == IMAGE:
                 yield image_record(topic.name, record.stamp, decode_image(record))
             else:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from likeme_bags.bag_warnings import About
+from likeme_bags.bag_warnings import Subject
 from likeme_bags.camera_checks import CAMERA_CHECKS
 from likeme_bags.errors import BagError
 from likeme_bags.facts import gather
@@ -32,16 +32,16 @@ def examine(path: Path) -> list[Finding]:
         facts = gather(bag)
         opens = f'{bag.count} messages on {len(bag.topics)} topics in {len(bag.files)} file(s).'
         findings = [Finding('opens', Level.FINE, opens)]
-        for about in About:
+        for about in Subject:
             findings.append(Finding(about, *_noted(bag, about)))
         for name, check in (TOPIC_CHECKS | CAMERA_CHECKS).items():
             findings.append(Finding(name, *check(bag, facts)))
         return findings
 
 
-def _noted(bag: Bag, about: About) -> Verdict:
+def _noted(bag: Bag, about: Subject) -> Verdict:
     """What reading the bag has to say of one matter."""
-    notes = [note for note in bag.notes if note.about == about]
+    notes = [note for note in bag.all_warnings if note.subject == about]
     if not notes:
         return fine(_NOTHING[about])
     first = next((note for note in notes if note.loss), notes[0])
@@ -50,10 +50,10 @@ def _noted(bag: Bag, about: About) -> Verdict:
 
 
 _NOTHING = {
-    About.FILES: 'Every file is there and can be read.',
-    About.METADATA: 'metadata.yaml says what the files say, or the bag needs none.',
-    About.INDEX: 'Files were closed by their writer, and their index agrees with them.',
-    About.CHUNKS: 'Every chunk or page is whole, and every message is where it should be.',
-    About.TOPICS: 'Every topic has a name, a type and a serialisation that can be used.',
-    About.QOS: 'QoS profiles can be read, and metadata.yaml and files agree on them.',
+    Subject.FILES: 'Every file is there and can be read.',
+    Subject.METADATA: 'metadata.yaml says what the files say, or the bag needs none.',
+    Subject.INDEX: 'Files were closed by their writer, and their index agrees with them.',
+    Subject.CHUNKS: 'Every chunk or page is whole, and every message is where it should be.',
+    Subject.TOPICS: 'Every topic has a name, a type and a serialisation that can be used.',
+    Subject.QOS: 'QoS profiles can be read, and metadata.yaml and files agree on them.',
 }

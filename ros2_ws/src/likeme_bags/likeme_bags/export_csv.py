@@ -26,12 +26,12 @@ def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) ->
     written: dict[str, Path] = {}
     with ExitStack() as stack:
         tables: dict[str, Any] = {}
-        known = {(t.name, t.type): t for t in bag.topics}
+        known = {(t.name, t.type, t.schema): t for t in bag.topics}
         for topic in known.values():
             if topic.count and (topics is None or topic.name in topics):
                 _check(topic)
         for record in bag.records(topics):
-            topic = known[record.topic, record.type]
+            topic = known[record.topic, record.type, record.schema]
             row = {'log_time': record.stamp, **dict(flat(decode(topic, record.data)))}
             if topic.name not in tables:
                 path = folder / f'{topic.file_stem}.csv'

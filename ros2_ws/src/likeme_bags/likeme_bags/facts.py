@@ -65,11 +65,11 @@ class TopicFacts:
 
 def gather(bag: Bag) -> list[TopicFacts]:
     """Read the whole bag once."""
-    facts = {(t.name, t.type): TopicFacts(t) for t in bag.topics}
+    facts = {(t.name, t.type, t.schema): TopicFacts(t) for t in bag.topics}
     with_header = {key for key, fact in facts.items() if has_header(fact.topic)}
-    last: dict[tuple[str, str], tuple[int, int]] = {}
+    last: dict[tuple[str, str, int], tuple[int, int]] = {}
     for record in bag.records():
-        key = record.topic, record.type
+        key = record.topic, record.type, record.schema
         fact = facts[key]
         fact.stamps.append(record.stamp)
         fact.size += len(record.data)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from likeme_bags.byte_reader import Cursor
+from likeme_bags.byte_reader import ByteReader
 from likeme_bags.errors import DamagedError
 
 _PNG = b'\x89PNG\r\n\x1a\n'
@@ -22,25 +22,25 @@ def claimed_size(data: bytes | memoryview) -> tuple[int, int]:
     if begin.startswith(_PNG) and len(begin) == 24:
         return int.from_bytes(begin[20:24], 'big'), int.from_bytes(begin[16:20], 'big')
     if begin.startswith(b'\xff\xd8'):
-        return _jpeg_size(Cursor(data, 2))
+        return _jpeg_size(ByteReader(data, 2))
     raise DamagedError(f'Expected a PNG or JPEG image, got bytes that begin with {begin[:8]!r}.')
 
 
-def _jpeg_size(cursor: Cursor) -> tuple[int, int]:
+def _jpeg_size(cursor: ByteReader) -> tuple[int, int]:
     while True:
-        if (byte := cursor.u8()) != 0xFF:
+        if (byte := cursor.number(1)) != 0xFF:
             raise DamagedError(f'Expected a JPEG marker at {cursor.at - 1}, got 0x{byte:02x}.')
-        marker = cursor.u8()
+        marker = cursor.number(1)
         while marker == 0xFF:
-            marker = cursor.u8()
+            marker = cursor.number(1)
         if marker in _BARE:
             continue
         length = _big16(cursor)
         if marker in _FRAMES:
-            cursor.u8()
+            cursor.number(1)
             return _big16(cursor), _big16(cursor)
         cursor.take(max(length - 2, 0))
 
 
-def _big16(cursor: Cursor) -> int:
+def _big16(cursor: ByteReader) -> int:
     return int.from_bytes(cursor.take(2), 'big')

@@ -36,6 +36,7 @@ def described(bag: Bag) -> dict[str, Any]:
         'complete': bag.complete,
         'topics': topics,
         'custom': dict(bag.custom),
+        'attachments': [str(each) for each in bag.attachments],
         'warnings': list(bag.warnings),
     }
 
@@ -62,6 +63,7 @@ def in_words(summary: dict[str, Any]) -> str:
             f'{topic["type"]}  {qos}'
         )
     lines += [f'  {key} = {value}' for key, value in summary['custom'].items()]
+    lines += [f'  {each}' for each in summary['attachments']]
     return '\n'.join(lines)
 
 

@@ -9,7 +9,7 @@ from functools import lru_cache
 from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from likeme_bags.errors import LIBRARY_ERRORS, DamagedError
+from likeme_bags.errors import LIBRARY_ERRORS, BagError, DamagedError
 from likeme_bags.limits import MAX_BLOCK
 from likeme_bags.values import Topic
 
@@ -70,6 +70,22 @@ def _defined(name: str, text: str, encoding: str) -> Typestore:
             f'Expected a definition of {name}, got one that does not parse: {error}'
         ) from None
     return store
+
+
+@lru_cache(maxsize=1024)
+def _layout(name: str, text: str, encoding: str) -> str:
+    try:
+        return typestore_of(Topic('', name, 0, (), text, encoding)).hash_rihs01(name)
+    except (*LIBRARY_ERRORS, BagError):
+        return text
+
+
+def layout(topic: Topic) -> str:
+    """Equal for two definitions of a type with the same fields in the same order.
+
+    The RIHS01 hash by the definition itself; the definition where it does not parse, maybe ''.
+    """
+    return _layout(topic.type, topic.definition, topic.encoding)
 
 
 def described(name: str) -> tuple[str, str]:

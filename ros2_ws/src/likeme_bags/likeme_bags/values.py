@@ -18,6 +18,8 @@ class Record(NamedTuple):
     stamp: int
     # CDR of the ROS 2 type, with its header of 4 bytes.
     data: bytes
+    # Which `Topic.schema` of its topic and type it is written by.
+    schema: int = 0
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,8 @@ class Topic:
     encoding: str = ''
     # 'RIHS01_...' or ''.
     type_hash: str = ''
+    # Tells topics of one name and type apart whose definitions differ: 0, 1, ...
+    schema: int = 0
 
     @property
     def file_stem(self) -> str:
