@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import argparse
 
-from likeme_arm_sim.cell import Actor, Cell
+from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.offline import Eye, settle
-from likeme_arm_sim.scene import OBJECTS, Action, Scene, State
-from likeme_bringup.fitting.exact_test import multinomial_p_value, smoothed
-from likeme_bringup.fitting.judge import FRESH, LEVEL
-from likeme_bringup.fitting.rows import rows
+from likeme_arm_sim.scene import OBJECTS, Scene
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action, State
+from likeme_experiments.physics_fit.evaluate import FRESH, LEVEL
+from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
+from likeme_experiments.physics_fit.trial_rows import rows
 from report import Bar, publish
 
 

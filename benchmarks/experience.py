@@ -19,14 +19,14 @@ from typing import NamedTuple
 import psutil
 
 from likeme_arm_sim.scene import OBJECTS
-from likeme_bringup.learning.offline import learn_locally
-from likeme_bringup.learning.trial_cell import simulated_robot
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, State
+from likeme_experiments.learning.offline import learn_locally
+from likeme_experiments.learning.trial_cell import simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.policy import Systematic
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Pair, Trial, TrialKey
-from likeme_inference.tabletop.domain import Action, State
-from likeme_inference.tabletop.values import Motion
 from report import Bar, publish
 
 EACH = 250
@@ -86,7 +86,7 @@ def _write(place: str, writer: int) -> None:
                 'bench', 'write', Pair('pear', State.LEFT, Action.PUSH_LEFT),
                 writer * EACH // 2 + number,
             )  # fmt: skip
-            store.record([Trial(key, State.LEFT, Motion.COMPLETED, 0, 'bench', 0)])
+            store.record([Trial(key, State.LEFT, MotionOutcome.COMPLETED, 0, 'bench', 0)])
 
 
 def write(writers: int, folder: Path) -> tuple[float, int]:

@@ -20,14 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import report
-from likeme_bringup.reproductions.gaze import summary
-from likeme_inference.experiments.blindfold_groups import (
+from likeme_experiments.evaluation.blindfold_groups import (
     differs_from_zero,
     follows_more,
     group_score,
     group_turns,
 )
-from likeme_inference.experiments.gaze_accuracy import (
+from likeme_experiments.evaluation.gaze_accuracy import (
     GazeErrors,
     GazeTest,
     followed,
@@ -35,8 +34,9 @@ from likeme_inference.experiments.gaze_accuracy import (
     gaze_errors,
     gaze_test,
 )
-from likeme_inference.experiments.gaze_exact import exact_goal, gap
-from likeme_inference.gaze import (
+from likeme_experiments.evaluation.gaze_exact import exact_goal, gap
+from likeme_experiments.reproductions.gaze import summary
+from likeme_gaze import (
     Gaussian,
     GazeModel,
     forward_inference,
@@ -44,14 +44,14 @@ from likeme_inference.gaze import (
     known,
     reverse_inference,
 )
-from likeme_inference.gaze.blindfold import FIGURE_GROUPS, Group
-from likeme_inference.gaze.simulation import Setting
+from likeme_gaze.blindfold import FIGURE_GROUPS, Group
+from likeme_gaze.simulation import SimulationSetup
 
 QUICK = '--quick' in sys.argv[1:]
 SEEDS, AGENTS, CHUNK = range(1, 7), (200 if QUICK else 10_000), 50
 CASES, SAMPLES = (2 if QUICK else 20), 1_000_000
 THEIRS = "the authors' code, Octave"
-SETTING = Setting()
+SETTING = SimulationSetup()
 #: Medians and 90th percentiles of the bars, degrees.
 ACCURACY = {'forward': (1.5, 3.9), 'reverse': (1.8, 5.0), 'following': (1.8, 5.0)}
 PEERS = {

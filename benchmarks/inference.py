@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from inference_peers import Agrum, Engine, Pgmpy
+from likeme_core.tabletop import Mode
 from likeme_inference.tabletop.action_selection import choose
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
-from likeme_inference.tabletop.domain import Mode
 from likeme_inference.tabletop.goal_inference import goal_posterior
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped

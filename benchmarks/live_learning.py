@@ -23,8 +23,8 @@ import psutil
 from domain_coordinator import domain_id
 
 from likeme_arm_sim.scene import OBJECTS
-from likeme_bringup.learning.campaigns import PolicyName, campaign_of
-from likeme_bringup.processes import die_with_parent
+from likeme_core.processes import die_with_parent
+from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_inference.experience.store import ExperienceStore
 from report import Bar, publish
 
@@ -38,7 +38,7 @@ class Learner:
     """`learn.sh --with-cell` as a process, started anew when it ended."""
 
     def __init__(self, words: list[str], log: Path) -> None:
-        self._command = [sys.executable, '-m', 'likeme_bringup.learn', '--with-cell', *words]
+        self._command = [sys.executable, '-m', 'likeme_experiments.learn', '--with-cell', *words]
         self._log = log.open('ab')
         self.starts = 0
         self.start()

@@ -17,14 +17,17 @@ import cv2
 import numpy as np
 
 import report
-from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.motion import ObjectView
-from likeme_arm_sim.scene import Action, Scene, State
-from likeme_bringup.learning.eyes import object_view
+from likeme_arm.motion import ObjectView
+from likeme_arm_sim.cell import Cell
+from likeme_arm_sim.scene import Scene
+from likeme_core.observations import Demonstration
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action, Manner, State
+from likeme_experiments.learning.observed_cell import object_view
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
 from likeme_perception.look import look_at, read_frame, read_intrinsics
-from likeme_perception.observation import Demonstration, Manner, TableObservation
+from likeme_perception.observation import TableObservation
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 
@@ -98,7 +101,7 @@ class Watched:
         after = self.cell.true_states()[name].state
         expected = []
         if actor is Actor.HUMAN and before != after:
-            manner = Manner.PUSH if action.is_push else Manner.PLACE
+            manner = Manner.PUSH if action.manner is Manner.PUSH else Manner.PLACE
             expected = [(name, before, after, manner)]
         said = [(a.object, int(a.x_i), int(a.x_f), a.manner) for a in self.found]
         self._tally.acts += [one in said for one in expected]
@@ -110,7 +113,7 @@ class Watched:
         truth = self.cell.true_states()
         for seen in self.table.objects:
             there = truth[seen.name]
-            self._tally.states.append(int(seen.state) == there.state)
+            self._tally.states.append(seen.state is there.state)
             if seen.visible and there.state != State.OFFTABLE:
                 off = np.hypot(seen.centroid[0] - there.x, seen.centroid[1] - there.y)
                 self._tally.errors.append(float(off) * 1e3)

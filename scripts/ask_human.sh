@@ -19,4 +19,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_inference.operator_node "$@"
+exec "$here/run.sh" python -m likeme_inference.ask_human_node "$@"

@@ -25,7 +25,7 @@ else
   exit 2
 fi
 # Cores: all but what speaks to ROS, whose messages carry no types.
-mapfile -t cores < <(find ros2_ws/src/*/likeme_* benchmarks scripts -name '*.py' -print0 |
+mapfile -t cores < <(find ros2_ws/src/*/likeme_* benchmarks scripts tools -name '*.py' -print0 |
   xargs -0 grep -LE '^ *(import|from) (rclpy|[a-z_]+_msgs)\b' | sort)
 mypy "${cores[@]}" || result=1
 exit $result

@@ -25,4 +25,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_bringup.learn "$@"
+exec "$here/run.sh" python -m likeme_experiments.learn "$@"

@@ -15,4 +15,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_bringup.param_node "$@"
+exec "$here/run.sh" python -m likeme_bringup.ros.param_command "$@"

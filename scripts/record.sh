@@ -1,6 +1,5 @@
 #!/usr/bin/env bash
 # Usage: scripts/record.sh NAME [OPTION...]
-#        scripts/record.sh --suite [NAME...] [--out DIR]
 #
 # Records what a running cell says into a rosbag2 folder, until Ctrl-C: camera, table states,
 # demonstrations, beliefs, decisions, outcomes, and what perception and inference took in. Killed at
@@ -13,9 +12,6 @@
 #   --compression C lz4 (default; sqlite3: zstd), zstd (a third smaller, read more slowly) or none
 #   --duration S    end after so many seconds
 #   --domain N      ROS domain (default: ROS_DOMAIN_ID or 0)
-#   --suite         make the shipped recordings anew (all, or those named), with their expected logs
-#                   and README.md; needs no ROS graph, takes about 10 minutes
-#   --out DIR       folder for them (default: bags)
 #
 # Exit codes: 0 done, 1 messages were lost or nothing was recorded, 2 usage.
 
@@ -23,4 +19,4 @@ set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 [[ -n ${1:-} ]] || set -- --help
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_bringup.replaying.record "$@"
+exec "$here/run.sh" python -m likeme_replay.record "$@"

@@ -17,8 +17,9 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from graph import Graph, NodeProcess
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.messages import camera_info_message, image_message, nanoseconds, time_message
+from likeme_arm_sim.messages import camera_info_message, image_message
 from likeme_arm_sim.scene import Scene
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.msg import TableState
 
 pytestmark = pytest.mark.graph
@@ -51,7 +52,7 @@ class Watched:
         colour = image_message(self._images.rgb, 'rgb8')
         depth = image_message(self._images.depth_mm, '16UC1')
         for image in (colour, depth):
-            image.header.stamp = time_message(self.stamp)
+            image.header.stamp = time_msg(self.stamp)
             image.header.frame_id = 'camera_rgb_optical_frame'
         return colour, depth
 
@@ -92,7 +93,7 @@ class Watched:
 
         def seen() -> bool:
             self.send(*self.pair())
-            last = nanoseconds(self.states[-1].header.stamp) if self.states else 0
+            last = stamp_ns(self.states[-1].header.stamp) if self.states else 0
             return first < last <= self.stamp
 
         self.graph.until(seen, seconds, 'a table state of a good frame')
@@ -211,7 +212,7 @@ def test_a_frame_older_than_the_last(watched: Watched) -> None:
     watched.see()
     late = watched.pair()
     for image in late:
-        image.header.stamp = time_message(watched.stamp - SECOND // 2)
+        image.header.stamp = time_msg(watched.stamp - SECOND // 2)
     watched.until_counted('dropped: older than the last', lambda: watched.send(*late))
     watched.see()
 
@@ -232,7 +233,7 @@ def test_a_stamp_from_the_future_is_got_over(watched: Watched) -> None:
     watched.see()
     ahead = watched.pair()
     for image in ahead:
-        image.header.stamp = time_message(watched.stamp + 3600 * SECOND)
+        image.header.stamp = time_msg(watched.stamp + 3600 * SECOND)
     watched.send(*ahead)
     watched.see()
 

@@ -82,7 +82,7 @@ def cell(domain: int) -> Iterator[StandIn]:
 
 def person_runs(domain: int, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, '-m', 'likeme_bringup.callers_node', *words],
+        [sys.executable, '-m', 'likeme_bringup.ros.cell_commands', *words],
         capture_output=True,
         text=True,
         timeout=BOUND,

@@ -10,18 +10,18 @@ import cv2
 import pytest
 from typer.testing import CliRunner, Result
 
-from likeme_bringup.imitating import episodes
-from likeme_bringup.imitating.episodes import Task, make_episode, tasks
-from likeme_bringup.imitating.journal import Journal, fingerprint
-from likeme_bringup.imitating.stage import Stage
-from likeme_bringup.learning import self_taught as learning
-from likeme_bringup.learning.trial_cell import simulated_robot
-from likeme_bringup.reproduce import app
-from likeme_bringup.reproductions.models import model_of
-from likeme_bringup.reproductions.report import Options
-from likeme_inference.experiments.episode import Act, Episode
-from likeme_inference.experiments.forecast import Case
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
+from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_experiments.evaluation.episode import Act, Episode
+from likeme_experiments.evaluation.forecast import Case
+from likeme_experiments.imitation import episodes
+from likeme_experiments.imitation.episode_log import Journal, fingerprint
+from likeme_experiments.imitation.episodes import Task, make_episode, tasks
+from likeme_experiments.imitation.imitation_cell import Stage
+from likeme_experiments.learning import self_taught_model as learning
+from likeme_experiments.learning.trial_cell import simulated_robot
+from likeme_experiments.reproduce import app
+from likeme_experiments.reproductions.models import model_of
+from likeme_experiments.reproductions.report import Options
 from likeme_inference.tabletop.model_file import format_model, shipped
 from likeme_inference.tabletop.robot_model import RobotModel
 

@@ -12,13 +12,13 @@ import typer
 from typer.testing import CliRunner
 
 from graph import Graph, NodeProcess
-from likeme_bringup.gaze import main
+from likeme_experiments.gaze_mentor import main
 
 pytestmark = pytest.mark.graph
 
 
 def gaze(graph: Graph, *arguments: str) -> NodeProcess:
-    return graph.run('gaze', sys.executable, '-m', 'likeme_bringup.gaze', *arguments)
+    return graph.run('gaze', sys.executable, '-m', 'likeme_experiments.gaze_mentor', *arguments)
 
 
 def scores(told: str) -> list[int]:
@@ -46,7 +46,7 @@ def test_a_blindfold_is_followed_until_the_robot_has_worn_one(tmp_path: Path) ->
 
 def test_a_node_that_runs_is_used_and_left_as_it_was(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
-        node = graph.start('likeme_inference.gaze_node', training_points=60, observations=2)
+        node = graph.start('likeme_gaze.gaze_node', training_points=60, observations=2)
         told = gaze(
             graph, '--no-start', '--trials', '1', '--blindfold', '--experience', 'windowed'
         )
@@ -63,7 +63,7 @@ def test_a_node_that_runs_is_used_and_left_as_it_was(tmp_path: Path) -> None:
 
 def test_two_nodes_are_one_too_many(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
-        other = graph.start('likeme_inference.gaze_node', training_points=60)
+        other = graph.start('likeme_gaze.gaze_node', training_points=60)
         graph.until(lambda: 'I learned' in other.said, 30, 'the other node')
         told = gaze(graph, '--points', '60', '--trials', '1000')
         assert told.wait(60) == 1, told.said

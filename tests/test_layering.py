@@ -1,17 +1,35 @@
-"""Thinking needs no ROS, and the three thinking packages do not know one another."""
+"""Which package may import which, and which files may import ROS."""
 
 from __future__ import annotations
 
 import ast
 import sys
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 SOURCES = Path(__file__).parents[1] / 'ros2_ws' / 'src'
-THINKING = ('likeme_arm_sim', 'likeme_inference', 'likeme_perception')
-PACKAGES = (*THINKING, 'likeme_bags', 'likeme_bringup')
+#: Our packages that each package may import; the table of docs/architecture.md.
+MAY_IMPORT: dict[str, set[str]] = {
+    'likeme_core': set(),
+    'likeme_perception': {'likeme_core'},
+    'likeme_inference': {'likeme_core'},
+    'likeme_gaze': {'likeme_core'},
+    'likeme_arm': {'likeme_core'},
+    'likeme_arm_sim': {'likeme_core', 'likeme_arm'},
+    'likeme_bags': set(),
+    'likeme_replay': {'likeme_core', 'likeme_perception', 'likeme_inference', 'likeme_bags'},
+    'likeme_experiments': {
+        'likeme_core', 'likeme_perception', 'likeme_inference', 'likeme_gaze', 'likeme_arm',
+        'likeme_arm_sim',
+    },
+    'likeme_bringup': {
+        'likeme_core', 'likeme_perception', 'likeme_inference', 'likeme_gaze', 'likeme_arm_sim',
+    },
+}  # fmt: skip
+PACKAGES = tuple(MAY_IMPORT)
 MODULES = sorted(
     path for package in PACKAGES for path in (SOURCES / package / package).rglob('*.py')
 )
@@ -19,38 +37,69 @@ ROS = {'rclpy', 'rosgraph_msgs', 'std_srvs', 'builtin_interfaces', 'rcl_interfac
 
 
 def imported(path: Path) -> Iterator[str]:
-    """Top-level names a module imports, wherever in it."""
+    """Modules that a file imports, wherever in it, by their full names."""
     for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'), path)):
         if isinstance(node, ast.Import):
-            yield from (alias.name.partition('.')[0] for alias in node.names)
+            yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            yield node.module.partition('.')[0]
+            yield node.module
+            yield from (f'{node.module}.{alias.name}' for alias in node.names)
 
 
-def may_speak_ros(path: Path) -> bool:
-    return path.name.endswith('_node.py') or path.name == 'messages.py'
+def packages_of(path: Path) -> set[str]:
+    return {name.partition('.')[0] for name in imported(path)}
+
+
+def may_import_ros(path: Path) -> bool:
+    in_ros = 'ros' in path.relative_to(SOURCES).parts
+    return in_ros or path.name.endswith('_node.py') or path.name == 'messages.py'
 
 
 def name_of(path: Path) -> str:
     return str(path.relative_to(SOURCES))
 
 
-def test_there_is_something_to_scan() -> None:
-    assert {path.relative_to(SOURCES).parts[0] for path in MODULES} == set(PACKAGES)
+def test_every_package_is_in_the_table() -> None:
+    there = {path.name for path in SOURCES.iterdir() if (path / path.name).is_dir()}
+    assert there == set(PACKAGES)
 
 
-@pytest.mark.parametrize('path', [p for p in MODULES if not may_speak_ros(p)], ids=name_of)
-def test_only_nodes_and_messages_import_ros(path: Path) -> None:
-    spoken = {name for name in imported(path) if name in ROS or name.endswith('_msgs')}
-    assert not spoken, f'{name_of(path)} imports {spoken}; only *_node.py and messages.py may.'
-
-
-@pytest.mark.parametrize('package', THINKING)
-def test_the_thinking_packages_do_not_import_one_another(package: str) -> None:
-    others = {*PACKAGES} - {package}
+@pytest.mark.parametrize('package', PACKAGES)
+def test_a_package_imports_only_what_the_table_permits(package: str) -> None:
+    permitted = MAY_IMPORT[package] | {package, 'likeme_msgs'}
     for path in (SOURCES / package / package).rglob('*.py'):
-        known = others.intersection(imported(path))
-        assert not known, f'{name_of(path)} imports {known}.'
+        others = {name for name in packages_of(path) if name.startswith('likeme_')}
+        assert others <= permitted, f'{name_of(path)} imports {sorted(others - permitted)}.'
+
+
+@pytest.mark.parametrize('path', [p for p in MODULES if not may_import_ros(p)], ids=name_of)
+def test_only_ros_folders_nodes_and_messages_import_ros(path: Path) -> None:
+    used = {name for name in packages_of(path) if name in ROS or name.endswith('_msgs')}
+    assert not used, f'{name_of(path)} imports {used}; ros/, *_node.py and messages.py may.'
+
+
+@pytest.mark.parametrize('path', [p for p in MODULES if p.name.endswith('_node.py')], ids=name_of)
+def test_a_node_file_holds_a_node(path: Path) -> None:
+    classes = [n for n in ast.parse(path.read_text('utf-8')).body if isinstance(n, ast.ClassDef)]
+    bases = {ast.unparse(base) for each in classes for base in each.bases}
+    assert any(base.endswith('Node') for base in bases), f'{name_of(path)} holds no Node.'
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    module_of = {
+        '.'.join(path.relative_to(SOURCES).with_suffix('').parts[1:]).removesuffix(
+            '.__init__'
+        ): path
+        for path in MODULES
+    }
+    packages = {name.rpartition('.')[0] for name in module_of}
+    graph = {
+        # `from package import module` is an import of the module.
+        name: {n for n in imported(path) if n in module_of and n not in packages and n != name}
+        for name, path in module_of.items()
+    }
+    # Raises CycleError, which names the circle.
+    assert len(list(TopologicalSorter(graph).static_order())) == len(module_of)
 
 
 #: With ROS 2, or with another package that is named.
@@ -75,10 +124,14 @@ KEYS = {
 }
 
 
+def used_by(package: str) -> set[str]:
+    return {name for p in (SOURCES / package / package).rglob('*.py') for name in packages_of(p)}
+
+
 @pytest.mark.parametrize('package', PACKAGES)
 def test_a_package_has_no_import_its_manifest_does_not_name(package: str) -> None:
     manifest = (SOURCES / package / 'package.xml').read_text(encoding='utf-8')
-    ours = {name for p in (SOURCES / package / package).rglob('*.py') for name in imported(p)}
+    ours = used_by(package)
     keys = {name: key for name, (key, _) in KEYS.items() if key}
     keys |= {
         n: n
@@ -95,7 +148,7 @@ def test_a_package_has_no_import_its_manifest_does_not_name(package: str) -> Non
 @pytest.mark.parametrize('package', PACKAGES)
 def test_a_package_has_no_import_its_setup_does_not_name(package: str) -> None:
     setup = (SOURCES / package / 'setup.py').read_text(encoding='utf-8')
-    ours = {name for p in (SOURCES / package / package).rglob('*.py') for name in imported(p)}
+    ours = used_by(package)
     known = {*sys.stdlib_module_names, *PACKAGES, *ROS, *COME_WITH_OTHERS, *KEYS}
     strangers = {name for name in ours - known if not name.endswith('_msgs')}
     assert not strangers, f'KEYS does not know {strangers}.'

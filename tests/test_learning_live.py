@@ -12,12 +12,12 @@ import psutil
 import pytest
 
 from graph import Graph, NodeProcess
-from likeme_bringup.learning.campaigns import PolicyName, campaign_of
+from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_inference.experience.store import ExperienceStore
 
 pytestmark = pytest.mark.graph
 START_CELL = (sys.executable, '-m', 'likeme_bringup.start_cell')
-LEARN = (sys.executable, '-m', 'likeme_bringup.learn')
+LEARN = (sys.executable, '-m', 'likeme_experiments.learn')
 WORDS = ('--object', 'chicken', '--policy', 'random', '--trials', '5', '--robot', 'test')
 CAMPAIGN = campaign_of('live', 'test', 1, ('chicken',), PolicyName.RANDOM, 10, 5)
 #: s at most for one trial, with a restart of the cell in it.

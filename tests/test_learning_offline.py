@@ -14,17 +14,18 @@ import psutil
 import pytest
 from typer.testing import CliRunner, Result
 
-from likeme_bringup.learn import app
-from likeme_bringup.learning.eyes import distance_to_state
-from likeme_bringup.learning.offline import NoClusterError, dask_crew, learn, learn_locally
-from likeme_bringup.learning.trial_cell import TrialFailedError, make_trial, simulated_robot
+from likeme_core.tabletop import State
+from likeme_experiments.learn import app
+from likeme_experiments.learning.observed_cell import distance_to_state
+from likeme_experiments.learning.offline import NoClusterError, dask_crew, learn, learn_locally
+from likeme_experiments.learning.trial_cell import TrialFailedError, make_trial, simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.policy import Random
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 from likeme_inference.tabletop.model_file import load
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.regions import State, regions_of
+from likeme_perception.regions import regions_of
 
 CAMPAIGN = Campaign(simulated_robot(), 'offline-5', 5, ('lemon',), Random(6))
 

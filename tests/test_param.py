@@ -19,7 +19,7 @@ def test_parameters_are_listed_told_and_changed(tmp_path: Path) -> None:
 
         def param(*words: str) -> tuple[int, str]:
             told = subprocess.run(
-                [sys.executable, '-m', 'likeme_bringup.param_node', *words, '--domain',
+                [sys.executable, '-m', 'likeme_bringup.ros.param_command', *words, '--domain',
                  str(graph.domain)],
                 capture_output=True, text=True, timeout=60, check=False,
             )  # fmt: skip

@@ -19,7 +19,7 @@ CELL = ROOT / 'ros2_ws' / 'src' / 'likeme_bringup' / 'config' / 'cell.yaml'
 def test_cell_yaml_is_what_the_nodes_declare(tmp_path: Path) -> None:
     written = tmp_path / 'cell.yaml'
     told = subprocess.run(
-        [sys.executable, '-m', 'likeme_bringup.cell_yaml_node', written],
+        [sys.executable, ROOT / 'tools' / 'cell_yaml.py', written],
         capture_output=True,
         text=True,
         timeout=120,
@@ -27,7 +27,7 @@ def test_cell_yaml_is_what_the_nodes_declare(tmp_path: Path) -> None:
     )
     assert told.returncode == 0, told.stderr
     assert CELL.read_text(encoding='utf-8') == written.read_text(encoding='utf-8'), (
-        f'Run: scripts/run.sh python -m likeme_bringup.cell_yaml_node {CELL.relative_to(ROOT)}'
+        f'Run: scripts/run.sh python tools/cell_yaml.py {CELL.relative_to(ROOT)}'
     )
 
 

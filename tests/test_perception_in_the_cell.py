@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_arm_sim.cell import Actor, Cell
-from likeme_arm_sim.motion import ObjectView
-from likeme_arm_sim.scene import Action, Scene
-from likeme_bringup.learning.eyes import Eyes, object_view
+from likeme_arm.motion import ObjectView
+from likeme_arm_sim.cell import Cell
+from likeme_arm_sim.scene import Scene
+from likeme_core.observations import Demonstration
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action, Manner, State
+from likeme_experiments.learning.observed_cell import Eyes, object_view
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
-from likeme_perception.observation import Demonstration, Manner, TableObservation
-from likeme_perception.regions import State
+from likeme_perception.observation import TableObservation
 
 FRAME_RATE = 15.0
 

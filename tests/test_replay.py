@@ -16,16 +16,16 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo
 from typer.testing import CliRunner
 
+from busy_cores import busy_cores
 from graph import LATCHED, Graph
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import open_bag
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
-from likeme_bringup.replaying.busy_cores import busy_cores
-from likeme_bringup.replaying.offline import replay_offline
-from likeme_bringup.replaying.replay import app
 from likeme_msgs.msg import Decision
+from likeme_replay.offline_replay import replay_offline
+from likeme_replay.replay import app
 
 BAGS = Path(__file__).parents[1] / 'bags'
 
@@ -33,7 +33,7 @@ BAGS = Path(__file__).parents[1] / 'bags'
 def replay(
     *arguments: str, domain: int = 0, keys: str = '', wait: float = 200
 ) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, '-m', 'likeme_bringup.replaying.replay', *arguments]
+    command = [sys.executable, '-m', 'likeme_replay.replay', *arguments]
     env = os.environ | {'ROS_DOMAIN_ID': str(domain)}
     return subprocess.run(
         command, capture_output=True, text=True, timeout=wait, input=keys, env=env, check=False
@@ -91,7 +91,7 @@ def test_a_bag_plays_into_the_graph_byte_by_byte_and_time_only_goes_on(tmp_path:
         graph.node.create_subscription(CameraInfo, topic, received.append, 100, raw=True)
         clock = graph.collect(Clock, '/clock', 100)
         player = graph.run(
-            'player', sys.executable, '-m', 'likeme_bringup.replaying.replay', str(bag),
+            'player', sys.executable, '-m', 'likeme_replay.replay', str(bag),
             '--topics', topic, '--rate', '10', '--loop', '--clock',
         )  # fmt: skip
         wanted = len(recorded) + 20

@@ -11,8 +11,8 @@ import cv2
 import pytest
 from typer.testing import CliRunner
 
-from likeme_bringup.reproduce import app
-from likeme_bringup.reproductions.tabletop import REPRODUCTIONS
+from likeme_experiments.reproduce import app
+from likeme_experiments.reproductions.tabletop import REPRODUCTIONS
 from likeme_inference.tabletop import model_file
 
 ROOT = Path(__file__).parents[1]

@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from graph import LATCHED, Graph
-from likeme_arm_sim.messages import nanoseconds, time_message
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.msg import Decision, ObjectState, Outcome, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 
@@ -74,7 +74,7 @@ class LiveCell:
     def now(self) -> int:
         """Give the simulated time, ns."""
         self.graph.until(lambda: self.clocks, 20, 'a clock')
-        return nanoseconds(self.clocks[-1].clock)
+        return stamp_ns(self.clocks[-1].clock)
 
     def see(self, **states: int) -> None:
         """Wait until the camera sees objects at rest in states."""
@@ -122,7 +122,7 @@ def test_the_arm_before_perception_ever_spoke(arm_alone: LiveCell) -> None:
     answer = arm_alone.act('arm', 'pear', Act.PUSH_LEFT)
     assert (answer.success, answer.outcome) == (False, Act.OBJECT_NOT_SEEN)
     assert 'pear' in answer.message
-    assert nanoseconds(answer.started) == nanoseconds(answer.finished) == 0
+    assert stamp_ns(answer.started) == stamp_ns(answer.finished) == 0
 
 
 @pytest.mark.parametrize('who', ['arm', 'human'])
@@ -130,7 +130,7 @@ def test_nonsense_is_refused_with_a_sentence(cell: LiveCell, who: str) -> None:
     unknown = cell.act(who, 'banana', Act.PUSH_LEFT)
     nobody = cell.act(who, '', Act.PUSH_LEFT)
     sixth, last = cell.act(who, 'pear', 6), cell.act(who, 'pear', 255)
-    past = time_message(cell.now() - 2_000_000_000)
+    past = time_msg(cell.now() - 2_000_000_000)
     late = cell.act(who, 'pear', Act.PUSH_LEFT, expires=past)
     assert [a.outcome for a in (unknown, nobody, sixth, last, late)] == [
         Act.UNKNOWN_OBJECT, Act.UNKNOWN_OBJECT, Act.UNKNOWN_ACTION,
@@ -171,7 +171,7 @@ def test_a_hold_in_the_middle_of_a_persons_act(cell: LiveCell) -> None:
     held = cell.end(motion, HELD_WITHIN)
     assert time.monotonic() - begin < HELD_WITHIN
     assert (held.success, held.outcome) == (False, Act.HELD)
-    assert nanoseconds(held.finished) > nanoseconds(held.started) > 0
+    assert stamp_ns(held.finished) > stamp_ns(held.started) > 0
     # The robot had waited for the person; a hold does not let it begin.
     assert cell.end(robot, HELD_WITHIN).outcome == Act.HELD
     assert cell.act('human', 'pear', Act.PUSH_LEFT).outcome == Act.HELD

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from likeme_bringup.replaying.decision_log import read_log
-from likeme_bringup.replaying.offline import replay_offline
-from likeme_bringup.replaying.suite import CHANGES, recipes
-from likeme_bringup.replaying.suite_writer import readme, row
+from bag_recipes import CHANGES, recipes
+from likeme_replay.decision_log import read_log
+from likeme_replay.offline_replay import replay_offline
+from make_bags import readme, row
 
 BAGS = Path(__file__).parents[1] / 'bags'
 RECIPES = {recipe.name: recipe for recipe in recipes()}

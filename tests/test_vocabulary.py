@@ -16,13 +16,13 @@ SOURCES = ROOT / 'ros2_ws' / 'src'
 INTERFACES = SOURCES / 'likeme_msgs'
 MANIFESTS = sorted(SOURCES.glob('*/package.xml'))
 SCRIPTS = sorted(path for path in (ROOT / 'scripts').glob('*.sh') if path.name != 'env.sh')
-# Sub-modules that hold an enum of states or actions, one line for each package's own.
+#: Enums of likeme_core and the interface whose constants they are.
 ENUMS = (
-    ('likeme_arm_sim.scene', 'State', 'msg/ObjectState.msg'),
-    ('likeme_arm_sim.scene', 'Action', 'srv/ExecuteAction.srv'),
-    ('likeme_perception.regions', 'State', 'msg/ObjectState.msg'),
-    ('likeme_inference.tabletop.domain', 'State', 'msg/ObjectState.msg'),
-    ('likeme_inference.tabletop.domain', 'Action', 'srv/ExecuteAction.srv'),
+    ('likeme_core.tabletop', 'State', 'msg/ObjectState.msg'),
+    ('likeme_core.tabletop', 'Action', 'srv/ExecuteAction.srv'),
+    ('likeme_core.tabletop', 'Manner', 'msg/Demonstration.msg'),
+    ('likeme_core.outcomes', 'MotionOutcome', 'srv/ExecuteAction.srv'),
+    ('likeme_core.outcomes', 'Actor', 'msg/Outcome.msg'),
 )
 
 
@@ -44,12 +44,17 @@ def test_an_enum_has_the_numbers_of_the_interface(module: str, name: str, interf
 @pytest.mark.parametrize(('module', 'name', 'interface'), ENUMS)
 def test_an_enum_is_complete(module: str, name: str, interface: str) -> None:
     enum = getattr(importlib.import_module(module), name)
-    words = {'State': r'LEFT|RIGHT|OFFTABLE', 'Action': r'(PLACE|PUSH)_(LEFT|RIGHT|OFFTABLE)'}[
-        name
-    ]
-    assert {word for word in constants(interface) if re.fullmatch(words, word)} <= set(
-        enum.__members__
-    )
+    states = 'LEFT|RIGHT|OFFTABLE'
+    words = {
+        'State': states,
+        'Action': f'(PLACE|PUSH)_({states})',
+        'Manner': 'PLACE|PUSH',
+        # Every constant of ExecuteAction that is no action.
+        'MotionOutcome': f'(?!(PLACE|PUSH)_({states})$).*',
+        'Actor': 'ROBOT|HUMAN|NOBODY',
+    }[name]
+    found = {word for word in constants(interface) if re.fullmatch(words, word)}
+    assert found == set(enum.__members__)
 
 
 def test_the_built_messages_are_those_of_the_text() -> None:
@@ -66,7 +71,7 @@ def test_the_built_messages_are_those_of_the_text() -> None:
 
 
 def test_the_callers_know_every_state_and_action() -> None:
-    from likeme_bringup.callers_node import Action, State
+    from likeme_bringup.ros.cell_commands import Action, State
 
     assert {s.name: s.number for s in State} == {
         name: value
@@ -116,14 +121,14 @@ def test_every_script_has_help(script: Path) -> None:
     ('script', 'module', 'words'),
     [
         ('start_cell.sh', 'likeme_bringup.start_cell', ()),
-        ('arm.sh', 'likeme_bringup.callers_node', ('arm',)),
-        ('show.sh', 'likeme_bringup.callers_node', ('show',)),
-        ('cell.sh', 'likeme_bringup.callers_node', ('cell', 'reset')),
+        ('arm.sh', 'likeme_bringup.ros.cell_commands', ('arm',)),
+        ('show.sh', 'likeme_bringup.ros.cell_commands', ('show',)),
+        ('cell.sh', 'likeme_bringup.ros.cell_commands', ('cell', 'reset')),
         ('demo.sh', 'likeme_bringup.demo', ()),
-        ('gaze.sh', 'likeme_bringup.gaze', ()),
-        ('record.sh', 'likeme_bringup.replaying.record', ()),
-        ('replay.sh', 'likeme_bringup.replaying.replay', ()),
-        ('ask_human.sh', 'likeme_inference.operator_node', ('answer',)),
+        ('gaze.sh', 'likeme_experiments.gaze_mentor', ()),
+        ('record.sh', 'likeme_replay.record', ()),
+        ('replay.sh', 'likeme_replay.replay', ()),
+        ('ask_human.sh', 'likeme_inference.ask_human_node', ('answer',)),
     ],
 )
 def test_a_scripts_help_names_every_option(

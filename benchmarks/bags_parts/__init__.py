@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import NamedTuple
 
 from report import Bar
+
+#: Developer tools are no package.
+sys.path.append(str(Path(__file__).resolve().parents[2] / 'tools'))
 
 Measured = tuple[list[Bar], dict[str, object]]
 

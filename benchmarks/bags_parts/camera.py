@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import camera_messages
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.scene import Scene
 from likeme_bags.values import Record
-from likeme_bringup.replaying import camera_messages
 
 HZ = 30.0
 #: Frames that differ; more would only take longer to draw.

@@ -13,14 +13,14 @@ import rclpy
 from domain_coordinator import domain_id
 
 from bags_parts import Effort, Measured
+from busy_cores import busy_cores
 from likeme_bags.reading import open_bag
-from likeme_bringup.replaying.busy_cores import busy_cores
-from likeme_bringup.replaying.foreign import adapted
-from likeme_bringup.replaying.lockstep_node import LockstepNode
-from likeme_bringup.replaying.offline import replayed
-from likeme_bringup.replaying.own_nodes import own_nodes
-from likeme_bringup.replaying.script import Script
-from likeme_bringup.replaying.transport import Transport
+from likeme_replay.managed_nodes import own_nodes
+from likeme_replay.offline_replay import replayed
+from likeme_replay.playback_control import Transport
+from likeme_replay.recorded_inputs import Script
+from likeme_replay.ros.lockstep_node import LockstepNode
+from likeme_replay.source_adapters import adapted
 from report import Bar
 
 BAGS = Path(__file__).resolve().parents[2] / 'bags'

@@ -17,12 +17,12 @@ from bags_parts.camera import HZ, noisy_frames, numbered
 from likeme_bags.durable import DurableWriter
 from likeme_bags.reading import open_bag
 from likeme_bags.values import Record
-from likeme_bringup.replaying.cores import rgbd_frame
-from likeme_bringup.replaying.definitions import definitions
-from likeme_bringup.replaying.foreign import adapted
-from likeme_bringup.replaying.offline import replay_offline
-from likeme_bringup.replaying.record import Compression
-from likeme_bringup.replaying.script import Frame, Script
+from likeme_replay.in_process import rgbd_frame
+from likeme_replay.message_definitions import definitions
+from likeme_replay.offline_replay import replay_offline
+from likeme_replay.record import Compression
+from likeme_replay.recorded_inputs import Frame, Script
+from likeme_replay.source_adapters import adapted
 from report import Bar
 
 #: Frames between two flushes of the recorder.

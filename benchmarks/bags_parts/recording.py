@@ -55,7 +55,7 @@ def record(path: Path, seconds: float) -> Recorded:
     """Record what `publish` publishes."""
     with domain_id() as domain:
         env = os.environ | {'ROS_DOMAIN_ID': str(domain)}
-        command = [sys.executable, '-m', 'likeme_bringup.replaying.record', str(path)]
+        command = [sys.executable, '-m', 'likeme_replay.record', str(path)]
         recorder = subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL)
         context = multiprocessing.get_context('spawn')
         told: multiprocessing.Queue[int] = context.Queue()

@@ -27,8 +27,7 @@ setup(
     extras_require={'test': ['pytest']},
     entry_points={
         'console_scripts': [
-            'ask_human = likeme_inference.operator_node:main',
-            'gaze_node = likeme_inference.gaze_node:main',
+            'ask_human = likeme_inference.ask_human_node:main',
             'inference_node = likeme_inference.inference_node:main',
         ],
     },

@@ -8,16 +8,9 @@ from typing import Any
 import numpy as np
 import pybullet
 
+from likeme_arm.tool_pose import NoSolutionError, ToolPose
 from likeme_arm_sim.gripper import OPEN_WIDTH, Gripper
-from likeme_arm_sim.kinematics import (
-    ARM_JOINTS,
-    HOME,
-    Kinematics,
-    NoSolutionError,
-    ToolPose,
-    Vector,
-    load_panda,
-)
+from likeme_arm_sim.kinematics import ARM_JOINTS, HOME, Kinematics, Vector, load_panda
 from likeme_arm_sim.paths import Path, travel
 from likeme_arm_sim.physics import GripperPhysics
 from likeme_arm_sim.world import TIME_STEP, Pose

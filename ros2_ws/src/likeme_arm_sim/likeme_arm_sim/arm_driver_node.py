@@ -3,40 +3,37 @@
 from __future__ import annotations
 
 import concurrent.futures
-import signal
 import sys
 import traceback
 from collections import Counter
 from functools import partial
 
 import cv2
-import rclpy
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import CameraInfo, Image, JointState
 from std_srvs.srv import Trigger
 
 from likeme_arm_sim import messages
-from likeme_arm_sim.cell import Actor, Cell, MotionResult
+from likeme_arm_sim.cell import Cell, MotionResult
 from likeme_arm_sim.driver import Driver
-from likeme_arm_sim.motion import Outcome
 from likeme_arm_sim.node_settings import SETTINGS, cell_settings, driver_settings
 from likeme_arm_sim.scene import CAMERA_FRAME, Scene
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.ros import parameters
+from likeme_core.ros.spin import run_node
+from likeme_core.ros.time import stamp_ns, steady_clock, time_msg
 from likeme_msgs.msg import TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
 STEPS_PER_CLOCK = 4
-#: s at most until a signal is noticed, and between log lines about one kind of trouble.
-SIGNAL_PERIOD = 0.2
+#: s between log lines about one kind of error.
 LOG_PERIOD = 5.0
 BUSY = 'My last motion is still in progress: nothing was started.'
 RESET_BUSY = 'A motion is in progress: hold it before the cell is reset.'
@@ -61,10 +58,8 @@ class ArmDriverNode(Node):
 
     def __init__(self) -> None:
         super().__init__('arm_driver')
-        for name, setting in SETTINGS.items():
-            descriptor = messages.parameter_descriptor(setting)
-            self.declare_parameter(name, setting.default, descriptor)
-        values = {name: self.get_parameter(name).value for name in SETTINGS}
+        parameters.declare(self, SETTINGS)
+        values = parameters.values(self, SETTINGS)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
         self._cell = Cell(Scene(), values['seed'], cell_settings(values))
@@ -77,9 +72,7 @@ class ArmDriverNode(Node):
         self._create_publishers()
         self.create_subscription(TableState, 'table_state', self._on_table_state, 1)
         self._create_services()
-        # A steady clock: diagnostics go on while /clock stands still.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._diagnose, clock=steady)
+        self.create_timer(1.0, self._diagnose, clock=steady_clock())
         self._driver.start()
         self.get_logger().info(f'The cell is ready, seed {values["seed"]}.')
 
@@ -120,10 +113,10 @@ class ArmDriverNode(Node):
     async def _execute(
         self, actor: Actor, request: ExecuteAction.Request, response: ExecuteAction.Response
     ) -> ExecuteAction.Response:
-        expires = messages.nanoseconds(request.expires)
+        expires = stamp_ns(request.expires)
         job = self._driver.act(actor, request.object, request.action, expires)
         if job is None:
-            result = MotionResult(Outcome.BUSY, BUSY)
+            result = MotionResult(MotionOutcome.BUSY, BUSY)
         else:
             await self._end_of(job)
             result = job.result()
@@ -173,7 +166,7 @@ class ArmDriverNode(Node):
             self._counts['table_states_dropped'] += 1
             self.get_logger().warning(str(error), throttle_duration_sec=LOG_PERIOD)
             return
-        self._driver.sightings.take(messages.nanoseconds(message.header.stamp), views)
+        self._driver.sightings.take(stamp_ns(message.header.stamp), views)
 
     def _on_error(self, error: Exception) -> None:
         told = ''.join(traceback.format_exception(error)).strip()
@@ -184,14 +177,14 @@ class ArmDriverNode(Node):
     def _publish_due(self) -> None:
         """After every physics step, in the simulation's thread."""
         if self._publishes_clock and self._cell.world.steps % STEPS_PER_CLOCK == 0:
-            now = messages.time_message(self._driver.now)
+            now = time_msg(self._driver.now)
             self._clock_publisher.publish(ClockMessage(clock=now))
         if self._driver.frame_due:
-            stamp = messages.time_message(self._driver.now)
+            stamp = time_msg(self._driver.now)
             self._joints.publish(messages.joint_state_message(self._cell.arm, stamp))
             self._publish_frame(stamp)
 
-    def _publish_frame(self, stamp: messages.Time) -> None:
+    def _publish_frame(self, stamp: Time) -> None:
         publishers = (self._info, self._rgb, self._depth)
         if not any(publisher.get_subscription_count() for publisher in publishers):
             return
@@ -208,38 +201,13 @@ class ArmDriverNode(Node):
         self._diagnostics.publish(messages.diagnostics_message(self._driver, self._counts))
 
 
-def main() -> None:
-    """Run the node until SIGINT or SIGTERM.
-
-    rclpy's own handlers shut the context down under whatever is publishing; here a signal is
-    noted, callbacks and simulation come to their end, and only then the context is shut down.
-    """
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _: signals.append(received))
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
     # Images this small gain nothing from OpenCV's threads, and on a busy machine their waiting for
     # each other costs up to ten times the frame.
     cv2.setNumThreads(1)
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        node = ArmDriverNode()
-    except (ValueError, ParameterException) as error:
-        rclpy.try_shutdown()
-        sys.exit(f'arm_driver: {error}')
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
-        while not signals:
-            executor.spin_once(timeout_sec=SIGNAL_PERIOD)
-    finally:
-        node.stop()
-        # Who waits for robot, person or reset is told how it ended.
-        for _ in range(3):
-            executor.spin_once(timeout_sec=0.0)
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.try_shutdown()
+    return run_node('arm_driver', ArmDriverNode)
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from likeme_arm_sim.meshes import Floats, box
 from likeme_arm_sim.renderer import LIGHT, PaintedPlane, RenderBody
-from likeme_arm_sim.scene import Scene, Table
+from likeme_arm_sim.scene import Scene
+from likeme_core.table import Table
 
 BLUE = (38, 92, 190)
 BEECH = np.array([226.0, 198.0, 160.0])

@@ -4,28 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from likeme_arm.motion import Ending, Look, ObjectView
+from likeme_arm.primitives import PrimitiveSettings, act, refusal, retreat
 from likeme_arm_sim.arm import Arm
+from likeme_arm_sim.calibration_error import InexactMotion, draw_offset
 from likeme_arm_sim.camera import CellCamera
 from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
 from likeme_arm_sim.human_hand import HumanHand
-from likeme_arm_sim.inexact import InexactMotion, draw_offset
 from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.kinematics import Kinematics
 from likeme_arm_sim.layout import Placement, draw_layout, wanted_states
-from likeme_arm_sim.motion import Ending, Look, ObjectView, Outcome
-from likeme_arm_sim.physics import Physics
-from likeme_arm_sim.primitives import PrimitiveSettings, act, refusal, retreat
-from likeme_arm_sim.scene import Action, Scene, State
-from likeme_arm_sim.steering import OnTick, Steering
+from likeme_arm_sim.motion_control import OnTick, Steering
+from likeme_arm_sim.physics import Physics, fitted_primitives
+from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import TIME_STEP, World
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Action, State
 
 HELD = 'The cell is held: nothing moves until it is resumed.'
 # After the toys were put down, s.
@@ -34,17 +35,10 @@ SETTLING_TIME = 0.6
 ARM_STREAM = 1
 
 
-class Actor(Enum):
-    """Who acts."""
-
-    ROBOT = 'robot'
-    HUMAN = 'human'
-
-
 class MotionResult(NamedTuple):
     """How a motion ended, with its begin and end on the world's clock, s (None: nothing moved)."""
 
-    outcome: Outcome
+    outcome: MotionOutcome
     message: str
     started: float | None = None
     finished: float | None = None
@@ -69,7 +63,7 @@ class CellSettings:
             'chicken': State.RIGHT,
         }
     )
-    primitives: PrimitiveSettings = field(default_factory=PrimitiveSettings)
+    primitives: PrimitiveSettings = field(default_factory=fitted_primitives)
     physics: Physics = field(default_factory=Physics)
 
 
@@ -136,7 +130,7 @@ class Cell:
             action: an Action number.
             look: what perception says about an object, asked again and again while pushing.
             on_tick: called after every physics step of the motion.
-            budget: simulated seconds after which the motion is stopped as if held.
+            budget: simulated seconds after which the motion is stopped.
         """
         refused = self._refused(actor, name, action, look)
         if refused is not None:
@@ -154,7 +148,7 @@ class Cell:
         def leave() -> Ending:
             self._clear_the_table(Actor.HUMAN)
             self._clear_the_table(Actor.ROBOT)
-            return Ending(Outcome.COMPLETED, 'Hand and arm have left the table.')
+            return Ending(MotionOutcome.COMPLETED, 'Hand and arm have left the table.')
 
         return self._steering.run(leave, self._halt, on_tick)
 
@@ -220,12 +214,14 @@ class Cell:
     def _refused(self, actor: Actor, name: str, action: int, look: Look) -> Ending | None:
         known = ', '.join(self.scene.objects)
         if name not in self.scene.objects:
-            return Ending(Outcome.UNKNOWN_OBJECT, f"Expected one of {known}, got '{name}'.")
+            return Ending(MotionOutcome.UNKNOWN_OBJECT, f"Expected one of {known}, got '{name}'.")
         if action not in list(Action):
-            return Ending(Outcome.UNKNOWN_ACTION, f'Expected an action from 0 to 5, got {action}.')
+            return Ending(
+                MotionOutcome.UNKNOWN_ACTION, f'Expected an action from 0 to 5, got {action}.'
+            )
         if self.held:
-            return Ending(Outcome.HELD, HELD)
-        return refusal(self.scene, name, look(name)) if actor is Actor.ROBOT else None
+            return Ending(MotionOutcome.HELD, HELD)
+        return refusal(self.scene.table, name, look(name)) if actor is Actor.ROBOT else None
 
     def _act(self, actor: Actor, name: str, action: Action, look: Look) -> Ending:
         self._clear_the_table(Actor.ROBOT)
@@ -235,13 +231,13 @@ class Cell:
         accuracy = self.settings.physics.arm
         offset, centre = draw_offset(accuracy, self._arm_rng), self.scene.table.work_area.centre
         arm = InexactMotion(self.arm, offset, accuracy.skew, centre)
-        return act(arm, look, self.scene, name, action, self.settings.primitives)
+        return act(arm, look, self.scene.table, name, action, self.settings.primitives)
 
     def _clear_the_table(self, actor: Actor) -> None:
         if actor is Actor.HUMAN and not self.hand.away:
             self._demonstrator.withdraw()
         if actor is Actor.ROBOT and not self.arm.at_home:
-            retreat(self.arm, self.scene, self.settings.primitives)
+            retreat(self.arm, self.scene.table, self.settings.primitives)
 
     def _initial_states(self) -> dict[str, State]:
         given = self.settings.initial_states

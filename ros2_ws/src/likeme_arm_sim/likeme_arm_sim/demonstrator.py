@@ -9,12 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from likeme_arm.motion import Ending
+from likeme_arm.tool_pose import wrap_half_turn
 from likeme_arm_sim.hand import PALM_HEIGHT, Posture, Side
 from likeme_arm_sim.human_hand import AWAY, OPEN, HumanHand
-from likeme_arm_sim.kinematics import wrap_half_turn
-from likeme_arm_sim.motion import Ending, Outcome
-from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.world import TIME_STEP, Vector, World
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, Manner, State
 
 
 @dataclass(frozen=True)
@@ -62,16 +64,18 @@ class Demonstrator:
         if not self.hand.away:
             self.withdraw()
         toy = self._world.toy_pose(name).position
-        if action.is_push and toy[2] < -self._scene.table.thickness:
+        if action.manner is Manner.PUSH and toy[2] < -self._scene.table.thickness:
             reason = f'The {name} lies on the floor and cannot be pushed.'
-            return Ending(Outcome.OBJECT_OFFTABLE, reason)
+            return Ending(MotionOutcome.OBJECT_OFFTABLE, reason)
         pace = self._s.speed * float(rng.uniform(0.9, 1.1))
         spot = self._spot(name, action, rng)
-        act = self._push if action.is_push else self._place
+        act = self._push if action.manner is Manner.PUSH else self._place
         act(name, spot, pace)
         self._leave(pace)
-        verb = 'pushed' if action.is_push else 'placed'
-        return Ending(Outcome.COMPLETED, f'The person {verb} the {name} to {action.target.name}.')
+        verb = 'pushed' if action.manner is Manner.PUSH else 'placed'
+        return Ending(
+            MotionOutcome.COMPLETED, f'The person {verb} the {name} to {action.target.name}.'
+        )
 
     def withdraw(self) -> None:
         """Let go, lift the hand and take it out of the camera's sight."""
@@ -159,7 +163,7 @@ class Demonstrator:
             return np.array([np.clip(x, 0.34, 0.52), self._beside(y)])
         sign = 1.0 if target is State.LEFT else -1.0
         spots = np.column_stack([rng.uniform(0.37, 0.51, 24), sign * rng.uniform(0.11, 0.22, 24)])
-        if action.is_push:
+        if action.manner is Manner.PUSH:
             # A push goes sideways: it cannot choose x.
             spots[:, 0] = x
         others = [self._world.toy_pose(n).position[:2] for n in self._world.toys if n != name]

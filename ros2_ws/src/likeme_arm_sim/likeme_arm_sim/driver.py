@@ -11,12 +11,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 
-from likeme_arm_sim.cell import Actor, Cell, MotionResult
-from likeme_arm_sim.motion import ObjectView, Outcome
+from likeme_arm.motion import ObjectView
+from likeme_arm.perceived_objects import Sightings
+from likeme_arm_sim.cell import Cell, MotionResult
 from likeme_arm_sim.pacer import Pacer
-from likeme_arm_sim.sightings import Sightings
 from likeme_arm_sim.worker import Worker
 from likeme_arm_sim.world import STEP_RATE
+from likeme_core.outcomes import Actor, MotionOutcome
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ class Driver:
 
         expires: ns since the epoch after which it is not begun any more; 0: never.
         """
-        return self._worker.submit(actor.value, lambda: self._run(actor, name, action, expires))
+        return self._worker.submit(actor.name, lambda: self._run(actor, name, action, expires))
 
     def reset(
         self, objects: Sequence[str], states: Sequence[int], seed: int
@@ -124,14 +125,14 @@ class Driver:
         began = self.cell.time
         if expires and self.now > expires:
             late = (self.now - expires) * 1e-9
-            return MotionResult(Outcome.EXPIRED, f'The request expired {late:.1f} s ago.')
+            return MotionResult(MotionOutcome.EXPIRED, f'The request expired {late:.1f} s ago.')
         budget = self._settings.motion_budget
         try:
             return self.cell.run_action(actor, name, action, self._look, self._tick, budget)
         except Exception as error:
             self._on_error(error)
             said = f'The motion failed: {type(error).__name__}: {error}'
-            return MotionResult(Outcome.HELD, said, began, self.cell.time)
+            return MotionResult(MotionOutcome.FAILED, said, began, self.cell.time)
 
     def _set_up(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
         try:

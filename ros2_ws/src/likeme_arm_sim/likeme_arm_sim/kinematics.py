@@ -6,13 +6,14 @@ The copy never takes part in the simulation, so that trying out joint angles dis
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pybullet
 import pybullet_data
 from numpy.typing import NDArray
 
+from likeme_arm.tool_pose import NoSolutionError, ToolPose
 from likeme_arm_sim.bullet import connect
 
 Vector = NDArray[np.float64]
@@ -32,38 +33,6 @@ POSITION_TOLERANCE = 0.01
 ANGLE_TOLERANCE = 0.05
 # Of 20 steps each; a neighbour of a solution needs one.
 REFINEMENTS = 30
-
-
-class NoSolutionError(Exception):
-    """Inverse kinematics found no joint angles for a pose."""
-
-
-class ToolPose(NamedTuple):
-    """The grasp point with the hand pointing straight down.
-
-    x, y, z: m, base_link. yaw: direction of the hand's flat axis, rad about +z; the fingers close
-    across it.
-    """
-
-    x: float
-    y: float
-    z: float
-    yaw: float
-
-    @property
-    def position(self) -> Vector:
-        """(x, y, z), m."""
-        return np.array([self.x, self.y, self.z])
-
-    def lifted_to(self, z: float) -> ToolPose:
-        """The same pose at another height."""
-        return self._replace(z=z)
-
-
-def wrap_half_turn(angle: float) -> float:
-    """The same direction of an axis (not of an arrow), in (-pi/2, pi/2]."""
-    wrapped = (angle + np.pi / 2) % np.pi - np.pi / 2
-    return float(np.pi / 2 if np.isclose(wrapped, -np.pi / 2) else wrapped)
 
 
 def load_panda(client: Any) -> int:

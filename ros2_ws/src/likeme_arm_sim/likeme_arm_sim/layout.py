@@ -8,7 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_arm_sim.scene import Rectangle, Scene, State
+from likeme_arm_sim.scene import Scene
+from likeme_core.geometry import Rectangle
+from likeme_core.tabletop import State
 
 # Well inside the areas, so that a toy is where its state says whatever side of it the camera sees;
 # OFFTABLE is the floor at the robot's right, where the camera sees past the table's edge.

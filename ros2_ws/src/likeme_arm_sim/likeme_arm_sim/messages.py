@@ -8,48 +8,23 @@ from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from numpy.typing import NDArray
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
+from likeme_arm.motion import ObjectView
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.cell import MotionResult
 from likeme_arm_sim.driver import Driver
-from likeme_arm_sim.motion import ObjectView, Outcome
-from likeme_arm_sim.node_settings import Setting
-from likeme_arm_sim.scene import CameraMount, State
+from likeme_arm_sim.scene import CameraMount
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_core.tabletop import State
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
 BASE_FRAME = 'base_link'
-NANOSECONDS = 1_000_000_000
-
-
-def time_message(nanoseconds: int) -> Time:
-    """Nanoseconds since the epoch as a message."""
-    seconds, rest = divmod(nanoseconds, NANOSECONDS)
-    return Time(sec=seconds, nanosec=rest)
-
-
-def nanoseconds(stamp: Time) -> int:
-    """A stamp as nanoseconds since the epoch."""
-    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
-
-
-def parameter_descriptor(setting: Setting) -> ParameterDescriptor:
-    """What ROS is told about a parameter."""
-    descriptor = ParameterDescriptor(description=setting.description, read_only=setting.fixed)
-    if setting.limits is None:
-        return descriptor
-    low, high = setting.limits
-    if isinstance(setting.default, int):
-        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
-    else:
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=float(low), to_value=float(high))
-        ]
-    return descriptor
 
 
 def image_message(pixels: NDArray[np.uint8] | NDArray[np.uint16], encoding: str) -> Image:
@@ -100,7 +75,7 @@ def object_views(message: TableState) -> dict[str, ObjectView]:
         raise ValueError(
             f"Expected a table_state in '{BASE_FRAME}', got '{message.reference_frame}'."
         )
-    return {item.name: _view(item) for item in message.objects if nanoseconds(item.last_seen) > 0}
+    return {item.name: _view(item) for item in message.objects if stamp_ns(item.last_seen) > 0}
 
 
 def _view(item: ObjectState) -> ObjectView:
@@ -113,26 +88,20 @@ def motion_response(
     result: MotionResult, driver: Driver, response: ExecuteAction.Response
 ) -> ExecuteAction.Response:
     """How a motion ended, on the driver's clock."""
-    response.success = result.outcome is Outcome.COMPLETED
+    response.success = result.outcome is MotionOutcome.COMPLETED
     response.outcome, response.message = int(result.outcome), result.message
     if result.started is not None and result.finished is not None:
-        response.started = time_message(driver.stamp(result.started))
-        response.finished = time_message(driver.stamp(result.finished))
+        response.started = time_msg(driver.stamp(result.started))
+        response.finished = time_msg(driver.stamp(result.finished))
     return response
 
 
 def diagnostics_message(driver: Driver, counts: Mapping[str, Any]) -> DiagnosticArray:
     """Whether the cell is held, moving or idle, and some counts."""
     held = driver.cell.held
-    status = DiagnosticStatus(
-        level=DiagnosticStatus.WARN if held else DiagnosticStatus.OK,
-        name='arm_driver',
-        message='held' if held else 'moving' if driver.busy else 'idle',
-        hardware_id='simulated cell',
-    )
+    level = DiagnosticStatus.WARN if held else DiagnosticStatus.OK
+    said = 'held' if held else 'moving' if driver.busy else 'idle'
     age = driver.sightings.age(driver.now)
     values = {**counts, 'errors': driver.errors, 'table_state_age_s': f'{age:.2f}'}
-    status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-    message = DiagnosticArray(status=[status])
-    message.header.stamp = time_message(driver.now)
-    return message
+    stamp = time_msg(driver.now)
+    return diagnostics_msg('arm_driver', level, said, values, stamp, 'simulated cell')

@@ -3,38 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.driver import DriverSettings
-from likeme_arm_sim.scene import State
-
-
-class Setting(NamedTuple):
-    """A parameter: default, what it means, least and greatest value, whether it is read once."""
-
-    default: Any
-    description: str
-    limits: tuple[float, float] | None = None
-    fixed: bool = True
-
+from likeme_core.settings import Setting
+from likeme_core.tabletop import State
 
 SETTINGS: dict[str, Setting] = {
-    'seed': Setting(1, 'Of first places, camera noise and person.', (0, 2**31)),
+    'seed': Setting(1, 'Of first places, camera noise and person.', (0, 2**31), read_only=True),
     'initial_states': Setting(
-        ['pear:RIGHT', 'lemon:LEFT', 'chicken:RIGHT'], "First states, as 'pear:RIGHT'."
+        ['pear:RIGHT', 'lemon:LEFT', 'chicken:RIGHT'],
+        "First states, as 'pear:RIGHT'.",
+        read_only=True,
     ),
-    'arm_speed': Setting(1.0, "Factor on the arm's speeds.", (0.2, 1.5)),
-    'human_speed': Setting(1.0, "Factor on the person's speeds.", (0.3, 2.0)),
-    'camera_rate': Setting(30.0, 'Frames per simulated second.', (1.0, 60.0)),
-    'publish_clock': Setting(True, 'Publish simulated time on /clock.'),
-    'motion_budget': Setting(60.0, 'Simulated s a motion may take.', (5.0, 600.0)),
-    'table_state_timeout': Setting(2.0, 'Simulated s a table_state may be acted on.', (0.1, 60.0)),
+    'arm_speed': Setting(1.0, "Factor on the arm's speeds.", (0.2, 1.5), read_only=True),
+    'human_speed': Setting(1.0, "Factor on the person's speeds.", (0.3, 2.0), read_only=True),
+    'camera_rate': Setting(30.0, 'Frames per simulated second.', (1.0, 60.0), read_only=True),
+    'publish_clock': Setting(True, 'Publish simulated time on /clock.', read_only=True),
+    'motion_budget': Setting(60.0, 'Simulated s a motion may take.', (5.0, 600.0), read_only=True),
+    'table_state_timeout': Setting(
+        2.0, 'Simulated s a table_state may be acted on.', (0.1, 60.0), read_only=True
+    ),
     'real_time_factor': Setting(
         1.0,
         'Simulated s per s; 0: as fast as it goes (/clock may go back at a restart).',
         (0.0, 100.0),
-        fixed=False,
     ),
 }
 

@@ -7,21 +7,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from likeme_arm_sim.cell import Actor, Cell, CellSettings, MotionResult
-from likeme_arm_sim.motion import ObjectView
+from likeme_arm.motion import ObjectView
+from likeme_arm_sim.cell import Cell, CellSettings, MotionResult
 from likeme_arm_sim.physics import (
     TOY_PHYSICS,
     ArmAccuracy,
     GripperPhysics,
     Physics,
     fitted_fields,
+    fitted_primitives,
 )
-from likeme_arm_sim.primitives import PrimitiveSettings
-from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm_sim.scene import Scene
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action, State
 
 # Keeps the camera's chance apart from the cell's, which is drawn from the bare seed.
 EYE_STREAM = 2
@@ -96,10 +98,9 @@ def settings_with(values: Mapping[str, float]) -> CellSettings:
         noise=values['arm_noise'],
         reach=values['reach'],
     )
-    acting = {f.name: values[f.name] for f in fields(PrimitiveSettings) if f.name in values}
     gripper = GripperPhysics(force=values['grip_force'])
     return CellSettings(
-        primitives=PrimitiveSettings(**acting),
+        primitives=fitted_primitives(values),
         physics=Physics(toys=toys, gripper=gripper, arm=arm),
     )
 

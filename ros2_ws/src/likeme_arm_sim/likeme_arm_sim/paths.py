@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_arm_sim.kinematics import NoSolutionError, Vector
+from likeme_arm.tool_pose import NoSolutionError
+from likeme_arm_sim.kinematics import Vector
 from likeme_arm_sim.world import TIME_STEP
 
 

@@ -6,9 +6,10 @@ Bullet multiplies the friction coefficients of the two bodies that touch.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 
+from likeme_arm.primitives import PrimitiveSettings
 from likeme_arm_sim.fitted import fitted, values
 
 
@@ -118,6 +119,14 @@ TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
         ),
     }
 )
+
+
+def fitted_primitives(parameters: Mapping[str, float] | None = None) -> PrimitiveSettings:
+    """How the simulated robot acts: by the fitted parameters, or by other values of them."""
+    given = values() if parameters is None else parameters
+    return PrimitiveSettings(
+        **{f.name: given[f.name] for f in fields(PrimitiveSettings) if f.name in given}
+    )
 
 
 @dataclass(frozen=True)

@@ -9,76 +9,11 @@ down.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-
-class State(IntEnum):
-    """Where an object is; the numbers of likeme_msgs/ObjectState and of the authors' data."""
-
-    LEFT = 0
-    RIGHT = 1
-    OFFTABLE = 2
-
-
-class Action(IntEnum):
-    """The six actions; the numbers of likeme_msgs/ExecuteAction and of the authors' data."""
-
-    PLACE_LEFT = 0
-    PLACE_RIGHT = 1
-    PLACE_OFFTABLE = 2
-    PUSH_LEFT = 3
-    PUSH_RIGHT = 4
-    PUSH_OFFTABLE = 5
-
-    @property
-    def is_push(self) -> bool:
-        """Whether the object is pushed rather than grasped and placed."""
-        return self >= Action.PUSH_LEFT
-
-    @property
-    def target(self) -> State:
-        """The state the action aims at."""
-        return State(self % 3)
-
-
-@dataclass(frozen=True)
-class Rectangle:
-    """An axis-aligned area of the table plane, m."""
-
-    x_min: float
-    x_max: float
-    y_min: float
-    y_max: float
-
-    def contains(self, x: float, y: float) -> bool:
-        """Whether a point lies inside, edges included."""
-        return self.x_min <= x <= self.x_max and self.y_min <= y <= self.y_max
-
-    @property
-    def centre(self) -> tuple[float, float]:
-        """The middle, (x, y)."""
-        return (self.x_min + self.x_max) / 2, (self.y_min + self.y_max) / 2
-
-
-@dataclass(frozen=True)
-class Table:
-    """A slab whose top is z = 0. The work area is the part of it that counts as LEFT or RIGHT."""
-
-    top: Rectangle = Rectangle(0.22, 0.66, -0.38, 0.38)
-    work_area: Rectangle = Rectangle(0.27, 0.61, -0.33, 0.33)
-    blue_line_y: float = 0.0
-    blue_line_width: float = 0.012
-    thickness: float = 0.03
-    floor_z: float = -0.20
-
-    def state_of(self, x: float, y: float, z: float = 0.0) -> State:
-        """State of an object whose centroid is (x, y, z): the paper's centroid rule."""
-        if z < -self.thickness or not self.work_area.contains(x, y):
-            return State.OFFTABLE
-        return State.LEFT if y > self.blue_line_y else State.RIGHT
+from likeme_core.table import Table
 
 
 @dataclass(frozen=True)

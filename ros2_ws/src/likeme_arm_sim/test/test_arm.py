@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from likeme_arm.tool_pose import NoSolutionError, ToolPose
 from likeme_arm_sim.arm import Arm
-from likeme_arm_sim.kinematics import Kinematics, NoSolutionError, ToolPose
+from likeme_arm_sim.kinematics import Kinematics
 from likeme_arm_sim.panda import panda_links
 from likeme_arm_sim.paths import travel
 from likeme_arm_sim.scene import Scene

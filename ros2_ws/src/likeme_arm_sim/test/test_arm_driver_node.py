@@ -23,8 +23,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
-from likeme_arm_sim.messages import nanoseconds, time_message
-from likeme_arm_sim.motion import Outcome
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -90,10 +90,10 @@ class Client:
     @property
     def now(self) -> int:
         clocks = self.kept['/clock']
-        return nanoseconds(clocks[-1].clock) if clocks else 0
+        return stamp_ns(clocks[-1].clock) if clocks else 0
 
     def show_chicken(self, y: float, frame: str = 'base_link', x: float = 0.44) -> None:
-        stamp = time_message(self.now)
+        stamp = time_msg(self.now)
         chicken = ObjectState(name='chicken', state=1, centroid=Point(x=x, y=y), last_seen=stamp)
         message = TableState(reference_frame=frame, objects=[chicken])
         message.header.stamp = stamp
@@ -143,7 +143,7 @@ def fresh(client: Client) -> None:
 def test_frames_of_one_moment_share_a_stamp(client: Client) -> None:
     topics = [topic for topic in client.kept if topic.startswith('camera')]
     client.wait_for(lambda: all(len(client.kept[topic]) > 4 for topic in topics))
-    stamps = [{nanoseconds(m.header.stamp) for m in client.kept[topic]} for topic in topics]
+    stamps = [{stamp_ns(m.header.stamp) for m in client.kept[topic]} for topic in topics]
     assert len(set.intersection(*stamps)) >= 3
     rgb, depth, info = (client.kept[topic][-1] for topic in topics)
     assert (rgb.encoding, depth.encoding) == ('rgb8', '16UC1')
@@ -155,7 +155,7 @@ def test_frames_come_at_the_cameras_rate_in_simulated_time(client: Client) -> No
     kept = client.kept['camera/rgb/image_rect_color']
     begin = len(kept)
     client.wait_for(lambda: len(kept) > begin + 8)
-    stamps = [nanoseconds(message.header.stamp) for message in kept[begin:]]
+    stamps = [stamp_ns(message.header.stamp) for message in kept[begin:]]
     gaps = {round((b - a) * 30 / 1e9) for a, b in pairwise(stamps)}
     assert gaps == {1}
 
@@ -166,23 +166,23 @@ def test_the_person_acts_and_a_second_request_is_refused_at_once(client: Client)
     began = client.now
     client.wait_for(lambda: client.now > began + 1_000_000_000)
     second = client.act('human', 'pear', 0)
-    assert second.outcome == Outcome.BUSY
+    assert second.outcome == MotionOutcome.BUSY
     assert not client.call(ResetCell, 'cell/reset').success
     done = finished(first)
     assert done.success
-    seconds = (nanoseconds(done.finished) - nanoseconds(done.started)) * 1e-9
+    seconds = (stamp_ns(done.finished) - stamp_ns(done.started)) * 1e-9
     assert 3.0 < seconds < 7.0
-    assert nanoseconds(second.started) == 0
+    assert stamp_ns(second.started) == 0
 
 
 def test_the_arm_goes_where_perception_says(client: Client) -> None:
-    assert client.act('arm', 'chicken', 3).outcome == Outcome.OBJECT_NOT_SEEN
-    outcome = Outcome.OBJECT_NOT_SEEN
+    assert client.act('arm', 'chicken', 3).outcome == MotionOutcome.OBJECT_NOT_SEEN
+    outcome = MotionOutcome.OBJECT_NOT_SEEN
     deadline = time.monotonic() + 20
-    while outcome == Outcome.OBJECT_NOT_SEEN and time.monotonic() < deadline:
+    while outcome == MotionOutcome.OBJECT_NOT_SEEN and time.monotonic() < deadline:
         client.show_chicken(y=-0.2)
         outcome = client.act('arm', 'chicken', 3).outcome
-    assert outcome == Outcome.COMPLETED
+    assert outcome == MotionOutcome.COMPLETED
 
 
 @pytest.mark.parametrize(('x', 'y'), [(float('nan'), -0.2), (0.44, float('inf'))])
@@ -192,13 +192,13 @@ def test_what_is_nowhere_is_refused_with_a_sentence(client: Client, x: float, y:
         client.show_chicken(y=y, x=x)
         answer = client.act('arm', 'chicken', 3)
         said = answer.message
-    assert answer.outcome == Outcome.OBJECT_NOT_SEEN
+    assert answer.outcome == MotionOutcome.OBJECT_NOT_SEEN
     assert said.startswith('Expected the chicken over the table')
 
 
 def test_other_frames_are_not_acted_on(client: Client) -> None:
     client.show_chicken(y=-0.2, frame='map')
-    assert client.act('arm', 'chicken', 3).outcome == Outcome.OBJECT_NOT_SEEN
+    assert client.act('arm', 'chicken', 3).outcome == MotionOutcome.OBJECT_NOT_SEEN
 
 
 def test_hold_in_the_middle_and_resume(client: Client) -> None:
@@ -208,19 +208,19 @@ def test_hold_in_the_middle_and_resume(client: Client) -> None:
     client.wait_for(lambda: client.now > began + 1_500_000_000)
     assert client.call(Trigger, 'cell/hold').success
     held = finished(moving, 5.0)
-    assert held.outcome == Outcome.HELD
-    assert client.act('human', 'chicken', 0).outcome == Outcome.HELD
-    client.wait_for(lambda: client.now > nanoseconds(held.finished) + 200_000_000)
+    assert held.outcome == MotionOutcome.HELD
+    assert client.act('human', 'chicken', 0).outcome == MotionOutcome.HELD
+    client.wait_for(lambda: client.now > stamp_ns(held.finished) + 200_000_000)
     assert client.call(Trigger, 'cell/resume').success
 
 
 @pytest.mark.parametrize(
     ('name', 'action', 'outcome'),
-    [('banana', 0, Outcome.UNKNOWN_OBJECT), ('pear', 17, Outcome.UNKNOWN_ACTION)],
+    [('banana', 0, MotionOutcome.UNKNOWN_OBJECT), ('pear', 17, MotionOutcome.UNKNOWN_ACTION)],
 )
 @pytest.mark.parametrize('who', ['arm', 'human'])
 def test_nonsense_is_answered_with_a_sentence(
-    client: Client, who: str, name: str, action: int, outcome: Outcome
+    client: Client, who: str, name: str, action: int, outcome: MotionOutcome
 ) -> None:
     answer = client.act(who, name, action)
     assert (answer.success, answer.outcome) == (False, outcome)
@@ -229,10 +229,10 @@ def test_nonsense_is_answered_with_a_sentence(
 
 def test_what_has_expired_is_not_begun(client: Client) -> None:
     client.wait_for(lambda: client.now > 0)
-    past = time_message(client.now - 2_000_000_000)
-    assert client.act('human', 'pear', 0, expires=past).outcome == Outcome.EXPIRED
-    future = time_message(client.now + 60_000_000_000)
-    assert client.act('human', 'pear', 0, expires=future).outcome == Outcome.COMPLETED
+    past = time_msg(client.now - 2_000_000_000)
+    assert client.act('human', 'pear', 0, expires=past).outcome == MotionOutcome.EXPIRED
+    future = time_msg(client.now + 60_000_000_000)
+    assert client.act('human', 'pear', 0, expires=future).outcome == MotionOutcome.COMPLETED
 
 
 def test_reset_refuses_with_a_sentence(client: Client) -> None:
@@ -257,7 +257,7 @@ def test_a_bad_start_says_why(domain: int, argument: str) -> None:
     driver = start_driver(domain, '-p', argument)
     out, _ = driver.communicate(timeout=30)
     assert driver.returncode == 1
-    assert 'arm_driver: ' in out.splitlines()[-1]
+    assert 'arm_driver does not start: ' in out.splitlines()[-1]
     assert 'Traceback' not in out
 
 
@@ -273,7 +273,7 @@ def test_a_signal_ends_it_silently(number: int, moving: bool) -> None:
             driver.send_signal(number)
             out, _ = driver.communicate(timeout=5)
             if moving:
-                assert finished(answer, 5.0).outcome == Outcome.HELD
+                assert finished(answer, 5.0).outcome == MotionOutcome.HELD
         finally:
             driver.kill()
             client.close()

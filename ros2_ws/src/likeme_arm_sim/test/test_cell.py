@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from likeme_arm_sim.cell import Actor, Cell, CellSettings
-from likeme_arm_sim.motion import Look, ObjectView, Outcome
-from likeme_arm_sim.physics import ArmAccuracy, GripperPhysics, Physics
-from likeme_arm_sim.primitives import PrimitiveSettings
-from likeme_arm_sim.scene import OBJECTS, Action, Scene, State
+from likeme_arm.motion import Look, ObjectView
+from likeme_arm_sim.cell import Cell, CellSettings
+from likeme_arm_sim.physics import ArmAccuracy, GripperPhysics, Physics, fitted_primitives
+from likeme_arm_sim.scene import OBJECTS, Scene
 from likeme_arm_sim.world import TIME_STEP
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Action, State
 
 LEFT, RIGHT, OFFTABLE = State
 # An exact, long arm with a firm grip low over the table: for what is not about its mishaps.
@@ -19,8 +22,12 @@ ABLE = CellSettings(
         gripper=GripperPhysics(force=15.0),
         arm=ArmAccuracy(bias_x=0.0, noise=0.0, noise_z=0.0, turn=0.0, reach=0.7),
     ),
-    primitives=PrimitiveSettings(
-        grasp_height=0.018, release_height=0.03, push_gap=0.03, push_off_heading=0.0
+    primitives=replace(
+        fitted_primitives(),
+        grasp_height=0.018,
+        release_height=0.03,
+        push_gap=0.03,
+        push_off_heading=0.0,
     ),
 )
 
@@ -68,7 +75,7 @@ def test_an_able_robot_can_do_each_action(cell: Cell, action: Action) -> None:
     cell.reset(OBJECTS, [start if name == 'chicken' else OFFTABLE for name in OBJECTS], 5)
     result = cell.run_action(Actor.ROBOT, 'chicken', action, seen(cell, 0.004))
     cell.step(1.0)
-    assert result.outcome is Outcome.COMPLETED
+    assert result.outcome is MotionOutcome.COMPLETED
     assert state(cell, 'chicken') is action.target
     assert result.started is not None
     assert result.finished is not None
@@ -100,7 +107,7 @@ def test_hold_stops_the_arm_within_one_control_step(cell: Cell, after: float) ->
 
     began = cell.time
     result = cell.run_action(Actor.ROBOT, 'chicken', Action.PLACE_LEFT, seen(cell), on_tick)
-    assert result.outcome is Outcome.HELD
+    assert result.outcome is MotionOutcome.HELD
     assert steps_after_hold == 0
     still = cell.arm.joints
     assert result.finished == pytest.approx(began + after, abs=2 * TIME_STEP)
@@ -111,11 +118,11 @@ def test_hold_stops_the_arm_within_one_control_step(cell: Cell, after: float) ->
     assert np.abs(cell.arm.joints - still).max() < 0.01
 
     refused = cell.run_action(Actor.ROBOT, 'chicken', Action.PLACE_LEFT, seen(cell))
-    assert refused.outcome is Outcome.HELD
+    assert refused.outcome is MotionOutcome.HELD
     assert refused.started is None
     cell.resume()
     again = cell.run_action(Actor.ROBOT, 'lemon', Action.PLACE_RIGHT, seen(cell))
-    assert again.outcome is Outcome.COMPLETED
+    assert again.outcome is MotionOutcome.COMPLETED
 
 
 def test_a_motion_that_fails_leaves_the_arm_standing(cell: Cell) -> None:
@@ -137,19 +144,19 @@ def test_a_held_hand_lets_go_and_leaves(cell: Cell) -> None:
     began = cell.time
     ticks = {'on_tick': lambda: cell.hold() if cell.time - began > 1.8 else None}
     held = cell.run_action(Actor.HUMAN, 'pear', Action.PLACE_LEFT, seen(cell), **ticks)
-    assert held.outcome is Outcome.HELD
+    assert held.outcome is MotionOutcome.HELD
     place = cell.hand.position
     cell.step(0.5)
     assert np.allclose(cell.hand.position, place, atol=0.01)
     assert not tidy(cell)
     cell.resume()
-    assert cell.tidy_up().outcome is Outcome.COMPLETED
+    assert cell.tidy_up().outcome is MotionOutcome.COMPLETED
     assert tidy(cell)
 
 
 def test_a_budget_ends_a_motion(cell: Cell) -> None:
     result = cell.run_action(Actor.HUMAN, 'pear', Action.PLACE_LEFT, seen(cell), budget=0.5)
-    assert result.outcome is Outcome.HELD
+    assert result.outcome is MotionOutcome.FAILED
     assert 'budget' in result.message
     assert not cell.held
 
@@ -160,15 +167,15 @@ def test_a_budget_ends_a_motion(cell: Cell) -> None:
         (
             'banana',
             0,
-            Outcome.UNKNOWN_OBJECT,
+            MotionOutcome.UNKNOWN_OBJECT,
             "Expected one of pear, lemon, chicken, got 'banana'",
         ),
-        ('pear', 6, Outcome.UNKNOWN_ACTION, 'Expected an action from 0 to 5, got 6'),
+        ('pear', 6, MotionOutcome.UNKNOWN_ACTION, 'Expected an action from 0 to 5, got 6'),
     ],
 )
 @pytest.mark.parametrize('actor', list(Actor))
 def test_refusals_name_what_was_expected(
-    cell: Cell, actor: Actor, name: str, action: int, outcome: Outcome, words: str
+    cell: Cell, actor: Actor, name: str, action: int, outcome: MotionOutcome, words: str
 ) -> None:
     result = cell.run_action(actor, name, action, seen(cell))
     assert result.outcome is outcome
@@ -179,7 +186,7 @@ def test_refusals_name_what_was_expected(
 def test_the_robot_does_not_pick_up_what_is_offtable(cell: Cell) -> None:
     cell.reset(['pear'], [OFFTABLE], 0)
     result = cell.run_action(Actor.ROBOT, 'pear', Action.PLACE_LEFT, seen(cell))
-    assert result.outcome is Outcome.OBJECT_OFFTABLE
+    assert result.outcome is MotionOutcome.OBJECT_OFFTABLE
     assert cell.run_action(Actor.ROBOT, 'pear', 0, lambda _: None).outcome == 4
 
 

@@ -10,10 +10,11 @@ import pytest
 from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
 from likeme_arm_sim.hand import Posture, Side, hand_parts
 from likeme_arm_sim.human_hand import AWAY, HumanHand, minimum_jerk
-from likeme_arm_sim.motion import Outcome
-from likeme_arm_sim.scene import Action, Scene, State
+from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import World
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, State
 
 STARTS = {State.LEFT: (0.43, 0.12, 0.0), State.RIGHT: (0.43, -0.12, 0.0)}
 STARTS[State.OFFTABLE] = (0.42, -0.65, Scene().table.floor_z)
@@ -22,7 +23,7 @@ STARTS[State.OFFTABLE] = (0.42, -0.65, Scene().table.floor_z)
 class Shown(NamedTuple):
     """What became of one demonstration."""
 
-    outcome: Outcome
+    outcome: MotionOutcome
     state: State
     rise: float
     seconds: float
@@ -55,7 +56,7 @@ def show(name: str, start: State, action: Action, seed: int = 0) -> Shown:
 @pytest.mark.parametrize('target', list(State))
 def test_placing_lifts_visibly_and_arrives(name: str, start: State, target: State) -> None:
     shown = show(name, start, Action(target))
-    assert shown.outcome is Outcome.COMPLETED
+    assert shown.outcome is MotionOutcome.COMPLETED
     assert shown.state is target
     assert shown.rise > 0.08
     assert 3.0 < shown.seconds < 8.0
@@ -75,7 +76,7 @@ def test_pushing_stays_low_and_arrives(name: str, start: State, target: State) -
 
 def test_what_lies_on_the_floor_cannot_be_pushed() -> None:
     shown = show('pear', State.OFFTABLE, Action.PUSH_LEFT)
-    assert shown.outcome is Outcome.OBJECT_OFFTABLE
+    assert shown.outcome is MotionOutcome.OBJECT_OFFTABLE
     assert shown.seconds == 0.0
 
 

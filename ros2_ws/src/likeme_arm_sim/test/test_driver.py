@@ -7,10 +7,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from likeme_arm_sim.cell import Actor, Cell, MotionResult
+from likeme_arm.motion import ObjectView
+from likeme_arm_sim.cell import Cell, MotionResult
 from likeme_arm_sim.driver import Driver, DriverSettings
-from likeme_arm_sim.motion import ObjectView, Outcome
-from likeme_arm_sim.scene import Scene, State
+from likeme_arm_sim.scene import Scene
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import State
 
 CHICKEN = {'chicken': ObjectView(0.44, -0.2, 0.0, State.RIGHT)}
 
@@ -55,14 +57,14 @@ def act(watched: Watched, actor: Actor = Actor.HUMAN, expires: int = 0) -> Motio
 def test_a_motion_that_raises_is_answered_told_and_survived(watched: Watched) -> None:
     watched.failing = RuntimeError('bullet has lost its mind')
     result = act(watched)
-    assert result.outcome is Outcome.HELD
+    assert result.outcome is MotionOutcome.FAILED
     assert result.message == 'The motion failed: RuntimeError: bullet has lost its mind'
     assert watched.told == [watched.failing]
     assert watched.driver.errors == 1
     watched.failing = None
     watched.stepped.clear()
     assert watched.stepped.wait(5.0)
-    assert act(watched).outcome is Outcome.COMPLETED
+    assert act(watched).outcome is MotionOutcome.COMPLETED
 
 
 def test_one_motion_at_a_time(watched: Watched) -> None:
@@ -73,7 +75,7 @@ def test_one_motion_at_a_time(watched: Watched) -> None:
     robots_turn = watched.driver.act(Actor.ROBOT, 'chicken', 0)
     assert robots_turn is not None
     assert watched.driver.hold() == 'The cell is held.'
-    assert first.result(30.0).outcome is Outcome.HELD
+    assert first.result(30.0).outcome is MotionOutcome.HELD
     assert robots_turn.result(5.0).started is None
     assert watched.driver.hold() == 'The cell was held already.'
     assert watched.driver.resume() == 'Motion is allowed again.'
@@ -82,7 +84,7 @@ def test_one_motion_at_a_time(watched: Watched) -> None:
 
 def test_a_late_request_is_not_begun(watched: Watched) -> None:
     late = act(watched, expires=watched.driver.now - 2_000_000_000)
-    assert late.outcome is Outcome.EXPIRED
+    assert late.outcome is MotionOutcome.EXPIRED
     assert late.started is None
 
 
@@ -109,4 +111,4 @@ def test_a_reset_makes_it_forget_what_was_seen(watched: Watched) -> None:
     job = watched.driver.reset([], [], 0)
     assert job is not None
     job.result(10.0)
-    assert act(watched, Actor.ROBOT).outcome is Outcome.OBJECT_NOT_SEEN
+    assert act(watched, Actor.ROBOT).outcome is MotionOutcome.OBJECT_NOT_SEEN

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_arm_sim.inexact import InexactMotion, draw_offset
-from likeme_arm_sim.kinematics import ToolPose
+from likeme_arm.tool_pose import ToolPose
+from likeme_arm_sim.calibration_error import InexactMotion, draw_offset
 from likeme_arm_sim.physics import ArmAccuracy
 
 OFFSET = ToolPose(0.01, -0.02, 0.003, 0.1)

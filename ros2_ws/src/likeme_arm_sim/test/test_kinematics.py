@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_arm_sim.kinematics import HOME, Kinematics, NoSolutionError, ToolPose, wrap_half_turn
+from likeme_arm.tool_pose import NoSolutionError, ToolPose, wrap_half_turn
+from likeme_arm_sim.kinematics import HOME, Kinematics
 from likeme_arm_sim.scene import Scene
 
 

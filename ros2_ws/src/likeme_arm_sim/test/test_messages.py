@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Point
 
+from likeme_arm.motion import ObjectView
 from likeme_arm_sim import messages
-from likeme_arm_sim.motion import ObjectView
-from likeme_arm_sim.scene import CameraMount, State
+from likeme_arm_sim.scene import CameraMount
+from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_core.tabletop import State
 from likeme_msgs.msg import ObjectState, TableState
 
 
@@ -31,13 +33,11 @@ def test_camera_info_has_the_true_intrinsics() -> None:
 
 
 def test_times_go_there_and_back() -> None:
-    assert messages.nanoseconds(messages.time_message(1_700_000_000_123_456_789)) == (
-        1_700_000_000_123_456_789
-    )
+    assert stamp_ns(time_msg(1_700_000_000_123_456_789)) == (1_700_000_000_123_456_789)
 
 
 def table(frame: str = 'base_link') -> TableState:
-    seen = messages.time_message(5)
+    seen = time_msg(5)
     objects = [
         ObjectState(name='pear', state=1, centroid=Point(x=0.4, y=-0.1), major_axis_yaw=0.5),
         ObjectState(name='lemon', state=ObjectState.UNKNOWN, centroid=Point(x=0.4, y=0.1)),

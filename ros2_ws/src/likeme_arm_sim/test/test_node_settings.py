@@ -7,7 +7,7 @@ import pytest
 from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.driver import DriverSettings
 from likeme_arm_sim.node_settings import SETTINGS, cell_settings, driver_settings, initial_states
-from likeme_arm_sim.scene import State
+from likeme_core.tabletop import State
 
 
 def test_initial_states_are_read() -> None:

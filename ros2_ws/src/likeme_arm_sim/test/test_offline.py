@@ -9,11 +9,10 @@ import pytest
 
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.fitted import FITTED, values
-from likeme_arm_sim.motion import Outcome
 from likeme_arm_sim.offline import Eye, EyeError, lone_cell, settings_with, settle, try_action
-from likeme_arm_sim.physics import Physics
-from likeme_arm_sim.primitives import PrimitiveSettings
-from likeme_arm_sim.scene import Action, State
+from likeme_arm_sim.physics import Physics, fitted_primitives
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, State
 
 LEFT, RIGHT, OFFTABLE = State
 EXACT = EyeError(bias=(0.0, 0.0), noise=0.0, turn=0.0)
@@ -38,7 +37,9 @@ def cell(name: str, **changed: float) -> Cell:
     return lone_cell(name, settings_with(values() | ABLE | changed))
 
 
-def outcomes(made: Cell, name: str, action: Action, seeds: int = 4) -> list[tuple[State, Outcome]]:
+def outcomes(
+    made: Cell, name: str, action: Action, seeds: int = 4
+) -> list[tuple[State, MotionOutcome]]:
     start = LEFT if action.target is RIGHT else RIGHT
     tried = [try_action(made, name, start, action, seed, error=EXACT) for seed in range(seeds)]
     return [(state, result.outcome) for state, result in tried]
@@ -47,8 +48,8 @@ def outcomes(made: Cell, name: str, action: Action, seeds: int = 4) -> list[tupl
 def test_the_default_cell_uses_the_fitted_values() -> None:
     made = settings_with(values())
     assert made.physics == Physics()
-    assert made.primitives == PrimitiveSettings()
-    assert made == replace(CellSettings(), physics=Physics(), primitives=PrimitiveSettings())
+    assert made.primitives == fitted_primitives()
+    assert made == replace(CellSettings(), physics=Physics(), primitives=fitted_primitives())
     for name, parameter in FITTED.items():
         assert parameter.low <= parameter.value <= parameter.high, name
 
@@ -56,7 +57,7 @@ def test_the_default_cell_uses_the_fitted_values() -> None:
 @pytest.mark.parametrize('action', [Action.PLACE_LEFT, Action.PUSH_LEFT])
 def test_with_nothing_to_go_wrong_nothing_does(action: Action) -> None:
     # The chicken: round toys slip off even a well-placed pusher.
-    assert outcomes(cell('chicken'), 'chicken', action) == [(LEFT, Outcome.COMPLETED)] * 4
+    assert outcomes(cell('chicken'), 'chicken', action) == [(LEFT, MotionOutcome.COMPLETED)] * 4
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,7 @@ def test_with_nothing_to_go_wrong_nothing_does(action: Action) -> None:
 )
 def test_a_grasp_fails_for_a_reason(name: str, changed: dict[str, float]) -> None:
     ends = outcomes(cell(name, **changed), name, Action.PLACE_LEFT)
-    assert [outcome for _, outcome in ends] == [Outcome.NOT_GRASPED] * 4
+    assert [outcome for _, outcome in ends] == [MotionOutcome.NOT_GRASPED] * 4
     assert LEFT not in [state for state, _ in ends]
 
 
@@ -83,7 +84,7 @@ def test_a_push_ends_where_the_arm_does() -> None:
     made = cell('chicken', reach=0.55)
     state, result = try_action(made, 'chicken', RIGHT, Action.PUSH_OFFTABLE, 3, error=EXACT)
     assert state is RIGHT
-    assert result.outcome is Outcome.NO_IK_SOLUTION
+    assert result.outcome is MotionOutcome.NO_IK_SOLUTION
     assert result.message.startswith('The arm does not reach far enough to push the chicken.')
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.layout import START_AREAS, draw_layout
-from likeme_arm_sim.scene import OBJECTS, Scene, State
+from likeme_arm_sim.scene import OBJECTS, Scene
 from likeme_arm_sim.toys import TOYS
 from likeme_arm_sim.world import World
+from likeme_core.tabletop import State
 
 
 def fallen(name: str, seconds: float) -> World:

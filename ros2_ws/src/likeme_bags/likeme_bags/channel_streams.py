@@ -123,7 +123,7 @@ def topics_of(streams: Sequence[Stream]) -> tuple[Topic, ...]:
     """The topics of all streams, sorted by name; those of split files together."""
     merged: dict[tuple[str, str, int], Topic] = {}
     for stream in streams:
-        key = stream.topic.name, stream.topic.type, stream.topic.schema
+        key = stream.topic.key
         known = merged.get(key)
         if known is None:
             merged[key] = stream.topic

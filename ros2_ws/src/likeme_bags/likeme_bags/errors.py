@@ -36,6 +36,10 @@ class BagError(Exception):
     """A bag, or a message in it, cannot be used; the text is one sentence for a person."""
 
 
+class UnsupportedError(BagError):
+    """A valid definition or image format that this package cannot decode; the bag is whole."""
+
+
 class DamagedError(BagError):
     """Bytes that do not say what the format promises; caught where the rest can still be read."""
 

@@ -1,4 +1,4 @@
-"""What a bag consists of, as values."""
+"""Topics and recorded messages of a bag."""
 
 from __future__ import annotations
 
@@ -21,6 +21,11 @@ class Record(NamedTuple):
     # Which `Topic.schema` of its topic and type it is written by.
     schema: int = 0
 
+    @property
+    def key(self) -> tuple[str, str, int]:
+        """The `key` of its topic."""
+        return self.topic, self.type, self.schema
+
 
 @dataclass(frozen=True)
 class Topic:
@@ -41,9 +46,9 @@ class Topic:
     schema: int = 0
 
     @property
-    def file_stem(self) -> str:
-        """What a file that holds it alone is called."""
-        return self.name.strip('/').replace('/', '-')
+    def key(self) -> tuple[str, str, int]:
+        """What tells topics of a bag apart."""
+        return self.name, self.type, self.schema
 
     def counted(self, count: int) -> Topic:
         """The same topic with another number of messages."""

@@ -24,7 +24,7 @@ from likeme_bags.storage_writers import (
     OwnName,
     hashed,
 )
-from likeme_bags.typestores import described, layout
+from likeme_bags.typestores import jazzy_definition, layout
 from likeme_bags.values import Record, Topic
 
 # metadata.yaml as Jazzy writes it.
@@ -94,12 +94,12 @@ class BagWriter:
 
         A definition that is missing is taken from Jazzy's types where they have the type.
         """
-        if (topic.name, topic.type, topic.schema) in self._connections:
+        if topic.key in self._connections:
             return
         self._check_definition(topic)
         text, digest = topic.definition, topic.type_hash
         if not text:
-            text, known = described(topic.type)
+            text, known = jazzy_definition(topic.type)
             digest = digest or known
         if topic.encoding.endswith('idl') and not text.startswith(_IDL):
             # By this the library tells the language.
@@ -117,7 +117,7 @@ class BagWriter:
             connection = hashed(connection)
         # metadata.yaml is written from this list.
         self._writer.connections[-1] = connection
-        self._connections[topic.name, topic.type, topic.schema] = connection
+        self._connections[topic.key] = connection
 
     def _check_definition(self, topic: Topic) -> None:
         """Refuse what a sqlite3 bag cannot say."""
@@ -140,7 +140,7 @@ class BagWriter:
 
     def write(self, record: Record) -> None:
         """Write one record of a topic that was added."""
-        connection = self._connections.get((record.topic, record.type, record.schema))
+        connection = self._connections.get(record.key)
         if connection is None:
             raise BagError(f'Expected a topic that was added, got {record.topic} ({record.type}).')
         with self._spoken():

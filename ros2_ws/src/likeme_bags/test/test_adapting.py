@@ -61,6 +61,40 @@ def test_a_kinect2_bag_plays_to_the_cell(tmp_path: Path) -> None:
     assert [r.stamp - BEGIN for r in records] == [0, 1, 2]
 
 
+@pytest.mark.parametrize('encoding', ['rgb16', 'bgr16', 'rgb8', 'mono8'])
+def test_colour_that_perception_cannot_read_is_converted(tmp_path: Path, encoding: str) -> None:
+    """16-bit colour becomes rgb8; what it can read, and what has no colour, stays as it is."""
+    wide = encoding.endswith('16')
+    pixels = np.full((12, 16, 1 if encoding == 'mono8' else 3), 200, np.uint8)
+    data = (pixels.astype(np.uint16) * 256 if wide else pixels).view(np.uint8).reshape(-1)
+    types = jazzy().types
+    header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](1, 0), 'k')
+    message = types[IMAGE](header, 12, 16, encoding, 0, data.size // 12, data)
+    record = Record('/eye', IMAGE, BEGIN, bytes(jazzy().serialize_cdr(message, IMAGE)))
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add(Topic('/eye', IMAGE))
+        writer.write(record)
+    with open_bag(tmp_path / 'bag') as bag:
+        new = next(Adaptation({'/eye': COLOUR}).records(bag))
+    assert (new.topic, new.type, new.stamp) == (COLOUR, IMAGE, BEGIN)
+    image = decode_image(new)
+    if wide:
+        assert jazzy().deserialize_cdr(new.data, IMAGE).encoding == 'rgb8'
+        assert (image.pixels == 200).all()
+    else:
+        assert new.data == record.data
+
+
+def test_two_topics_of_one_new_name_are_refused(tmp_path: Path) -> None:
+    with open_bag(kinect2(tmp_path, COLOUR)) as bag:
+        for remap in (
+            {'/kinect2/qhd/camera_info': 'x', '/kinect2/qhd/image_depth_rect': '/x'},
+            {'/kinect2/qhd/image_depth_rect': f'/{COLOUR}'},
+        ):
+            with pytest.raises(BagError, match=r'Expected one topic as .*; give one another name'):
+                Adaptation(remap).topics(bag)
+
+
 def test_names_nobody_knows_are_given(tmp_path: Path) -> None:
     with open_bag(kinect2(tmp_path, '/eye')) as bag:
         with pytest.raises(BagError, match=r'Expected camera/rgb/image_rect_color .* got .*/eye'):

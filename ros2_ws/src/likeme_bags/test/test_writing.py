@@ -18,7 +18,7 @@ from likeme_bags.editing import repair
 from likeme_bags.errors import BagError
 from likeme_bags.qos import LATCHED
 from likeme_bags.reading import open_bag
-from likeme_bags.typestores import described
+from likeme_bags.typestores import jazzy_definition
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
 
@@ -44,7 +44,7 @@ def test_the_rosbags_library_reads_all_of_it(
     assert info['custom_data'] == {'seed': '4'}
     topic = info['topics_with_message_count'][0]['topic_metadata']
     assert topic['offered_qos_profiles'][0]['durability'] == 'transient_local'
-    assert topic['type_description_hash'] == described(topic['type'])[1]
+    assert topic['type_description_hash'] == jazzy_definition(topic['type'])[1]
 
 
 def test_definitions_hashes_and_qos_come_back(tmp_path: Path) -> None:

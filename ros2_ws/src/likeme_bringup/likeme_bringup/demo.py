@@ -20,16 +20,16 @@ from domain_coordinator import domain_id
 from rich.console import Console
 
 from likeme_bringup import story
-from likeme_bringup.callers_node import Manner
-from likeme_bringup.callers_node import State as Side
 from likeme_bringup.demo_node import DONE_BY_HAND, Operator, StoryStoppedError, play_story
-from likeme_bringup.one_cell import is_free
-from likeme_bringup.processes import die_with_parent, interrupt
+from likeme_bringup.ros.cell_commands import Manner
+from likeme_bringup.ros.cell_commands import State as Side
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
-from likeme_inference.console_words import read_reply
+from likeme_core.instance_lock import is_free
+from likeme_core.processes import die_with_parent, interrupt
+from likeme_core.tabletop import State
+from likeme_inference.console_replies import read_reply
 from likeme_inference.node_settings import read_model
-from likeme_inference.tabletop.domain import State
 
 console = Console(highlight=False, soft_wrap=False)
 END_OF_CELL_TIMEOUT = 20.0

@@ -16,7 +16,7 @@ from sensor_msgs.msg import Image
 
 from likeme_bringup import story
 from likeme_bringup.storyboard import Panel, Row
-from likeme_inference.tabletop.domain import Action, State
+from likeme_core.tabletop import Action, State
 from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 from likeme_perception.rgbd import decode_rgb

@@ -7,23 +7,12 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-import yaml
 from ament_index_python.packages import get_package_share_directory
+
+from likeme_core.yaml_files import read_yaml
 
 # Every node has these.
 COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
-
-
-def read_yaml(path: Path) -> Any:
-    """What is in a YAML file.
-
-    Raises:
-        ValueError: it cannot be read.
-    """
-    try:
-        return yaml.safe_load(path.read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ValueError(f'{path} cannot be read: {" ".join(str(error).split())}') from None
 
 
 def checked(path: Path) -> Path:

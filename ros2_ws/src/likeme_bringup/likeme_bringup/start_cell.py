@@ -10,9 +10,10 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from likeme_bringup.one_cell import AlreadyRunningError, claim
 from likeme_bringup.parameter_files import checked
 from likeme_bringup.supervisor import Child, Supervisor
+from likeme_core.cli import Domain
+from likeme_core.instance_lock import AlreadyRunningError, claim
 
 
 class Part(StrEnum):
@@ -68,8 +69,6 @@ class Settings(NamedTuple):
 
 
 DEFAULTS = Settings()
-# Up to the greatest that DDS has ports for.
-Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
 
 def executable(part: Part) -> tuple[str, str]:

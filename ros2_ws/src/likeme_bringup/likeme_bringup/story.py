@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from likeme_inference.tabletop.domain import Action, State
+from likeme_core.tabletop import Action, State
 
 UNKNOWN = 3
 """likeme_msgs/ObjectState.UNKNOWN: covered, so no state of the model."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import NamedTuple, TextIO
 
-from likeme_bringup import processes
+from likeme_core import processes
 
 COLOURS = ('36', '33', '35', '32', '34', '31')
 

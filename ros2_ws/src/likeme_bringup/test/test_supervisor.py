@@ -148,8 +148,10 @@ sys.exit(Supervisor(children, grace=20).run())
 def running() -> Iterator[tuple[subprocess.Popen[str], list[int]]]:
     """A supervisor process with two children that have said their pids."""
     import likeme_bringup
+    import likeme_core
 
-    environment = os.environ | {'PYTHONPATH': str(Path(likeme_bringup.__file__).parents[1])}
+    roots = [str(Path(each.__file__).parents[1]) for each in (likeme_bringup, likeme_core)]
+    environment = os.environ | {'PYTHONPATH': os.pathsep.join(roots)}
     process = subprocess.Popen(
         [sys.executable, '-S', '-c', RUNNER, PATIENT],
         stdout=subprocess.PIPE,

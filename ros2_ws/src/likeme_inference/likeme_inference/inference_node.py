@@ -7,22 +7,20 @@ import time
 from pathlib import Path
 from typing import Any
 
-import rclpy
-from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from likeme_core.ros.qos import LATCHED
+from likeme_core.ros.spin import run_node
+from likeme_core.ros.time import steady_clock
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
 from likeme_inference.experience.database import StoreError
-from likeme_inference.health_node import Health
-from likeme_inference.hearing_node import Hearing
-from likeme_inference.help_desk import AnswerRefusedError, HelpDesk
+from likeme_inference.help_requests import AnswerRefusedError, HelpDesk
+from likeme_inference.input_sequencer import Input
 from likeme_inference.node_settings import open_experience, read_model, read_settings
-from likeme_inference.parameters_node import NodeParameters, Values
-from likeme_inference.rehearsal import Input
+from likeme_inference.ros.diagnostics import Health
+from likeme_inference.ros.node_parameters import NodeParameters, Values
+from likeme_inference.ros.session_inputs import Hearing
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import help_request
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -42,7 +40,6 @@ from likeme_msgs.msg import Heard, TableState
 from likeme_msgs.msg import Outcome as OutcomeMsg
 from likeme_msgs.srv import AskHuman, ExecuteAction
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 WATCH_PERIOD = 0.1
 #: What a recorded input other than a topic's message carries.
 HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'message')
@@ -113,7 +110,7 @@ class InferenceNode(Node):
         )
         self.create_service(AskHuman, 'ask_human', self._on_ask_human)
         self._node_parameters.watch()
-        self.create_timer(WATCH_PERIOD, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())
         self.get_logger().info(
             f'I know {", ".join(model.objects)} from {model.label} and imitate in '
             f'{values["mode"]} mode. Show me something.'
@@ -323,24 +320,8 @@ class InferenceNode(Node):
 
 
 def main() -> int:
-    """Run the node until it is interrupted."""
-    rclpy.init()
-    node = None
-    try:
-        node = InferenceNode()
-        rclpy.spin(node)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except (ValueError, StoreError, ParameterException) as error:
-        if node is not None:
-            raise
-        print(f'inference_node does not start: {error}', file=sys.stderr)  # noqa: T201
-        return 1
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('inference_node', InferenceNode, start_errors=(ValueError, StoreError))
 
 
 if __name__ == '__main__':

@@ -3,25 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Sequence
 from enum import IntEnum
 from typing import Any, TypeVar
 
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
-from likeme_inference.tabletop.domain import Action, Manner, State
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_core.tabletop import Action, Manner, State
 from likeme_inference.tabletop.values import (
     Decision,
-    Demonstration,
     GoalBelief,
     HelpRequest,
-    Motion,
     MotionReport,
     Outcome,
     Reply,
-    TableView,
 )
 from likeme_msgs.msg import Decision as DecisionMsg
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
@@ -37,17 +35,6 @@ NONE = 255
 SUM_TOLERANCE = 1e-3
 
 Number = TypeVar('Number', bound=IntEnum)
-
-
-def stamp_ns(stamp: Time) -> int:
-    """Nanoseconds of a message's time."""
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-
-
-def time_msg(nanoseconds: int) -> Time:
-    """Message of a time in nanoseconds."""
-    sec, nanosec = divmod(nanoseconds, 1_000_000_000)
-    return Time(sec=sec, nanosec=nanosec)
 
 
 def _header(stamp: int, frame: str) -> Header:
@@ -98,10 +85,12 @@ def read_demonstration(msg: DemonstrationMsg, known: Container[str]) -> Demonstr
         end=end,
         x_i_probability=tuple(msg.x_i_probability),
         x_f_probability=tuple(msg.x_f_probability),
+        manner_probability=msg.manner_probability,
+        rise=msg.rise,
     )
 
 
-def read_table(msg: TableState) -> TableView:
+def read_table(msg: TableState) -> TableSnapshot:
     """Read what is where; objects in UNKNOWN state are left out.
 
     Raises:
@@ -112,15 +101,15 @@ def read_table(msg: TableState) -> TableView:
         for item in msg.objects
         if item.state != ObjectState.UNKNOWN
     }
-    return TableView(stamp_ns(msg.header.stamp), msg.header.frame_id, msg.settled, states)
+    return TableSnapshot(stamp_ns(msg.header.stamp), msg.header.frame_id, msg.settled, states)
 
 
 def read_motion(answer: ExecuteAction.Response) -> MotionReport:
     """Read the arm's answer; an outcome that is none counts as no answer."""
-    if answer.outcome not in set(Motion):
-        message = f'expected an outcome from 0 to {max(Motion)}, got {answer.outcome}.'
+    if answer.outcome not in set(MotionOutcome):
+        message = f'expected an outcome from 0 to {max(MotionOutcome)}, got {answer.outcome}.'
         return MotionReport(None, message)
-    return MotionReport(Motion(answer.outcome), answer.message, stamp_ns(answer.finished))
+    return MotionReport(MotionOutcome(answer.outcome), answer.message, stamp_ns(answer.finished))
 
 
 def motion_fields(report: MotionReport) -> dict[str, Any]:
@@ -132,7 +121,9 @@ def motion_fields(report: MotionReport) -> dict[str, Any]:
 
 def heard_motion(said: Heard) -> MotionReport:
     """Read those fields."""
-    outcome = Motion(said.motion_outcome) if said.motion_outcome in set(Motion) else None
+    outcome = (
+        MotionOutcome(said.motion_outcome) if said.motion_outcome in set(MotionOutcome) else None
+    )
     return MotionReport(outcome, said.message, stamp_ns(said.finished))
 
 
@@ -222,19 +213,3 @@ def outcome_msg(outcome: Outcome) -> OutcomeMsg:
         motion_outcome=NONE if outcome.motion is None else outcome.motion,
         sentence=outcome.sentence,
     )
-
-
-def diagnostics_message(
-    name: str, problems: str, facts: Mapping[str, Any], stamp: Time
-) -> DiagnosticArray:
-    """How a node does: a warning where there are problems, 'ready' where there are none."""
-    status = DiagnosticStatus(
-        level=DiagnosticStatus.WARN if problems else DiagnosticStatus.OK,
-        name=name,
-        message=problems or 'ready',
-        hardware_id='likeme',
-        values=[KeyValue(key=key, value=str(value)) for key, value in facts.items()],
-    )
-    array = DiagnosticArray(status=[status])
-    array.header.stamp = stamp
-    return array

@@ -5,66 +5,62 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
+from likeme_core.settings import Setting
+from likeme_core.tabletop import Mode
 from likeme_inference.experience.executed import Experience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
-from likeme_inference.tabletop.domain import Mode, Policy
+from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.imitation import Settings
 from likeme_inference.tabletop.robot_model import RobotModel
 
-#: These are taken once, at the start.
-READ_ONLY = frozenset({'experience_store', 'robot'})
 #: More would be no plan but stubbornness.
 MOST_ACTIONS = 100
 
 
-class Range(NamedTuple):
-    """A number: default, least, greatest, and what it means."""
-
-    default: float
-    least: float
-    greatest: float
-    description: str
-
-
-NUMBERS: dict[str, Range] = {
-    'help_threshold': Range(0.5, 0, 1, 'the robot asks when predicted success is below'),
-    'concentration': Range(
-        0, 0, 100, 'Dirichlet pseudo-count of every final state; 0: maximum likelihood'
+SETTINGS: dict[str, Setting] = {
+    'help_threshold': Setting(0.5, 'the robot asks when predicted success is below', (0, 1)),
+    'concentration': Setting(
+        0.0, 'Dirichlet pseudo-count of every final state; 0: maximum likelihood', (0, 100)
     ),
-    'turn_timeout': Range(60, 1, 3600, 's of stamps in which to put the object back'),
-    'turn_delay': Range(
-        0.5, 0, 10, 's of stamps settled off the goal before the robot takes its turn'
+    'turn_timeout': Setting(60.0, 's of stamps in which to put the object back', (1, 3600)),
+    'turn_delay': Setting(
+        0.5, 's of stamps settled off the goal before the robot takes its turn', (0, 10)
     ),
-    'outcome_timeout': Range(
-        10, 0.5, 600, 's, of stamps or of silence, in which to see the outcome'
+    'outcome_timeout': Setting(
+        10.0, 's, of stamps or of silence, in which to see the outcome', (0.5, 600)
     ),
-    'action_timeout': Range(60, 1, 3600, 's to wait for the answer of the arm'),
-    'arm_wait': Range(
-        5, 0.1, 600, 's to wait for the arm service, and for the motion to start in'
+    'action_timeout': Setting(60.0, 's to wait for the answer of the arm', (1, 3600)),
+    'arm_wait': Setting(
+        5.0, 's to wait for the arm service, and for the motion to start in', (0.1, 600)
     ),
-}
-OTHERS: dict[str, tuple[Any, str]] = {
-    'mode': (str(Mode.INTERACTIVE), ', '.join(Mode)),
-    'policy': (str(Policy.DIRECT), ', '.join(Policy)),
-    'action_budget': (3, 'actions the sequential mode may spend on one demonstration, 1 to 100'),
-    'shared_prior': (
+    'mode': Setting(str(Mode.INTERACTIVE), ', '.join(Mode)),
+    'policy': Setting(str(Policy.DIRECT), ', '.join(Policy)),
+    'action_budget': Setting(
+        3, 'actions the sequential mode may spend on one demonstration, 1 to 100'
+    ),
+    'shared_prior': Setting(
         False,
         'whether the trials of all objects choose the prior together; concentration is not used',
     ),
-    'soft_evidence': (True, "whether perception's probabilities of x_i and x_f count"),
-    'goal_prior': ([1 / 3, 1 / 3, 1 / 3], 'p(LEFT), p(RIGHT), p(OFFTABLE); sums to 1'),
-    'model_file': ('', 'path of a model file; empty: the shipped one'),
-    'experience_store': (
+    'soft_evidence': Setting(True, "whether perception's probabilities of x_i and x_f count"),
+    'goal_prior': Setting([1 / 3, 1 / 3, 1 / 3], 'p(LEFT), p(RIGHT), p(OFFTABLE); sums to 1'),
+    'model_file': Setting('', 'path of a model file; empty: the shipped one'),
+    'experience_store': Setting(
         '',
         'SQLite file or database URL that keeps executed imitations and adds them to the model; '
         'empty: none',
+        read_only=True,
     ),
-    'learn_from_outcomes': (True, 'with an experience_store: whether new outcomes go into it'),
-    'robot': ('robot', 'whose experience it is, by the name its trials are kept under'),
-    'replayed': (False, 'start anew and hear arm and operator from hear_again alone'),
+    'learn_from_outcomes': Setting(
+        True, 'with an experience_store: whether new outcomes go into it'
+    ),
+    'robot': Setting(
+        'robot', 'whose experience it is, by the name its trials are kept under', read_only=True
+    ),
+    'replayed': Setting(False, 'start anew and hear arm and operator from hear_again alone'),
 }
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.trial import Pair, Place, Trial, TrialKey
-from likeme_inference.tabletop.domain import Action, State
-from likeme_inference.tabletop.values import Motion
 
 PEAR = Pair('pear', State.LEFT, Action.PUSH_RIGHT)
 
@@ -18,4 +18,6 @@ def trial(
 ) -> Trial:
     key = TrialKey(robot, campaign, pair, repetition)
     before, after = Place(0.4, 0.1 + 1e-17, -1.5), None
-    return Trial(key, x_f, Motion.COMPLETED, key.seed(1), '0.1.0', 10**18 + 1, before, after)
+    return Trial(
+        key, x_f, MotionOutcome.COMPLETED, key.seed(1), '0.1.0', 10**18 + 1, before, after
+    )

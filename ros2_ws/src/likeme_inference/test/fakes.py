@@ -8,9 +8,9 @@ from typing import Any
 from builtin_interfaces.msg import Time
 
 from graph import Graph
-from likeme_inference.messages import time_msg
-from likeme_inference.tabletop.domain import Manner, State
-from likeme_inference.tabletop.values import Motion
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.ros.time import time_msg
+from likeme_core.tabletop import Manner, State
 from likeme_msgs.msg import Demonstration, ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
@@ -84,7 +84,7 @@ class Arm:
     def __init__(self, graph: Graph, camera: Camera) -> None:
         self.requests: list[ExecuteAction.Request] = []
         self.lands: State | None = None
-        self.outcome = Motion.COMPLETED
+        self.outcome = MotionOutcome.COMPLETED
         self.may_answer = threading.Event()
         self.may_answer.set()
         self._camera = camera
@@ -95,7 +95,7 @@ class Arm:
         self.requests.append(request)
         assert self.may_answer.wait(30), 'The test never let the arm answer.'
         response.outcome = self.outcome
-        response.success = self.outcome == Motion.COMPLETED
+        response.success = self.outcome == MotionOutcome.COMPLETED
         response.message = f'Outcome {self.outcome}.'
         if self.outcome.moved:
             target = request.action % 3 if self.lands is None else self.lands

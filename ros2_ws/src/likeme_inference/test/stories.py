@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from likeme_inference.tabletop.domain import Manner, State
-from likeme_inference.tabletop.values import Demonstration, TableView
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.tabletop import Manner, State
 
 OBJECTS = ('pear', 'lemon', 'chicken')
 
@@ -20,7 +20,7 @@ def shown(
     return Demonstration(ns(at), 'camera', name, x_i, x_f, manner, ns(at - 2), ns(at - 0.1))
 
 
-def table(at: float, settled: bool = True, **states: State) -> TableView:
+def table(at: float, settled: bool = True, **states: State) -> TableSnapshot:
     """Make a view of all objects, RIGHT unless said otherwise."""
     everything = dict.fromkeys(OBJECTS, State.RIGHT) | states
-    return TableView(ns(at), 'camera', settled, everything)
+    return TableSnapshot(ns(at), 'camera', settled, everything)

@@ -6,10 +6,11 @@ from collections.abc import Callable
 
 import pytest
 
+from likeme_core.outcomes import MotionOutcome
 from likeme_inference.arm_call import ArmCall
-from likeme_inference.tabletop.values import Motion, MotionReport
+from likeme_inference.tabletop.values import MotionReport
 
-PUSHED = MotionReport(Motion.COMPLETED, 'Pushed.')
+PUSHED = MotionReport(MotionOutcome.COMPLETED, 'Pushed.')
 
 
 class FakeFuture:

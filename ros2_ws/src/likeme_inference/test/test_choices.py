@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks, choose
-from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, Policy, State
+from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.goal_inference import goal_posterior, map_goal, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.tabletop import dirichlet
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import (
@@ -15,7 +16,6 @@ from likeme_inference.tabletop.dirichlet import (
     leave_one_out,
     sample_transitions,
 )
-from likeme_inference.tabletop.domain import Action, State
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.transition_model import TransitionModel
 

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from scipy import sparse
 from worlds import World, counts, joint_of, marginal, policy_of, transition_of, worlds
 
+from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.tabletop.action_selection import choose
 from likeme_inference.tabletop.arrays import IntArray
 from likeme_inference.tabletop.dirichlet import sample_transitions
-from likeme_inference.tabletop.domain import TABLETOP, Action, Mode, State
+from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,
     goal_posterior,

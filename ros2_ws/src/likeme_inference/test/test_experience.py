@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 
 from experience import PEAR, trial
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.executed import Experience
 from likeme_inference.experience.policy import Random, Systematic
@@ -27,16 +29,9 @@ from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Counts, Pair, Place, TrialKey, no_counts
 from likeme_inference.experience.trial_file import TrialFileError, load, parse, save, write
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Mode, Policy, State
+from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.model_file import shipped
-from likeme_inference.tabletop.values import (
-    Actor,
-    Decision,
-    Motion,
-    MotionReport,
-    Outcome,
-    Result,
-)
+from likeme_inference.tabletop.values import Decision, MotionReport, Outcome, Result
 
 OBJECTS = ('pear', 'lemon', 'chicken')
 
@@ -72,7 +67,7 @@ def test_names_that_would_not_survive_are_refused(name: str) -> None:
 
 def test_a_motion_that_was_held_is_no_trial() -> None:
     with pytest.raises(ValueError, match='got HELD'):
-        replace(trial(), motion=Motion.HELD)
+        replace(trial(), motion=MotionOutcome.HELD)
 
 
 def test_a_trial_file_gives_every_trial_back(tmp_path: Path) -> None:
@@ -168,8 +163,10 @@ def test_what_a_sighting_does_not_say() -> None:
         seen_in(sighting, 'turnip')
 
 
-@pytest.mark.parametrize('motion', [None, Motion.HELD, Motion.BUSY, Motion.EXPIRED])
-def test_a_motion_that_does_not_count_voids_the_trial(motion: Motion | None) -> None:
+@pytest.mark.parametrize(
+    'motion', [None, MotionOutcome.HELD, MotionOutcome.BUSY, MotionOutcome.EXPIRED]
+)
+def test_a_motion_that_does_not_count_voids_the_trial(motion: MotionOutcome | None) -> None:
     with pytest.raises(TrialVoidError, match='The arm did not try: because'):
         counted(MotionReport(motion, 'because.'))
 
@@ -189,7 +186,7 @@ def decision(number: int = 1) -> Decision:
 def outcome(number: int = 1, x_f: State | None = State.RIGHT) -> Outcome:
     return Outcome(
         200, 'base_link', number, 'pear', State.LEFT, State.RIGHT, x_f, Result.REACHED,
-        Actor.ROBOT, Action.PUSH_RIGHT, 1.0, Motion.COMPLETED, 'It is there.',
+        Actor.ROBOT, Action.PUSH_RIGHT, 1.0, MotionOutcome.COMPLETED, 'It is there.',
     )  # fmt: skip
 
 
@@ -215,7 +212,7 @@ def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
     'ending',
     [
         replace(outcome(), actor=Actor.HUMAN),
-        replace(outcome(), motion=Motion.HELD),
+        replace(outcome(), motion=MotionOutcome.HELD),
         replace(outcome(), motion=None),
         outcome(x_f=None),
     ],

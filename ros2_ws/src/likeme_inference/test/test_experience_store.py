@@ -16,12 +16,12 @@ from sqlalchemy.dialects import mysql, postgresql
 from sqlalchemy.schema import CreateTable
 
 from experience import PEAR, trial
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_view import robot_model
 from likeme_inference.experience.schema import metadata, trials
 from likeme_inference.experience.store import BATCH, ExperienceStore
 from likeme_inference.experience.trial import Pair
-from likeme_inference.tabletop.domain import Action, State
 from likeme_inference.tabletop.model_file import format_model
 from likeme_inference.tabletop.model_parser import parse
 

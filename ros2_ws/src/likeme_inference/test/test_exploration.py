@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.tabletop import Manner
+from likeme_experiments.evaluation.exploration import Way, exploration, world_of
 from likeme_inference.experience.policy import InformationGain
 from likeme_inference.experience.trial import no_counts
-from likeme_inference.experiments.exploration import Way, exploration, world_of
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
-from likeme_inference.tabletop.domain import Manner
 from likeme_inference.tabletop.exploration import help_rate, information_gain
 from likeme_inference.tabletop.imitation import Settings, decide
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.shared_prior import START, fitted, shared_prior
 from likeme_inference.tabletop.spaces import Domain
 from likeme_inference.tabletop.transition_model import maximum_likelihood
-from likeme_inference.tabletop.values import Demonstration, TableView
 
 CHANGES = ((0, 1), (0, 2), (1, 0), (1, 2))
 WORLD = world_of(shipped())
@@ -109,7 +109,7 @@ def test_a_robot_may_act_on_the_prior_that_its_trials_choose_together():
         assert model.goal_model(name, shared=True).transition == pytest.approx(expected)
         assert model.counted(name, 0.09).pseudo_counts == pytest.approx(counts[o] + 0.09)
     demo = Demonstration(0, '', 'pear', State.RIGHT, State.LEFT, Manner.PLACE, 0, 0)
-    view = TableView(1, '', True, {'pear': State.RIGHT})
+    view = TableSnapshot(1, '', True, {'pear': State.RIGHT})
     decision = decide(model, Settings(shared_prior=True), demo, view, 1)
     row = alpha[0, State.RIGHT, Action.PUSH_LEFT]
     assert decision.predicted_success == pytest.approx(row[State.LEFT] / row.sum())

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from likeme_inference.help_desk import AnswerRefusedError, HelpDesk
-from likeme_inference.tabletop.domain import Action, State
+from likeme_core.tabletop import Action, State
+from likeme_inference.help_requests import AnswerRefusedError, HelpDesk
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 

@@ -9,10 +9,12 @@ import pytest
 from builtin_interfaces.msg import Time
 from fakes import demonstration
 
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_core.tabletop import Action, Manner, State
 from likeme_inference import messages
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Manner, State
-from likeme_inference.tabletop.values import Actor, Motion, Reply, Result
+from likeme_inference.tabletop.values import Reply, Result
 from likeme_msgs.msg import Decision, Demonstration, ObjectState, Outcome, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction
 
@@ -23,7 +25,8 @@ KNOWN = ('pear', 'lemon', 'chicken')
     ('enum', 'interface'),
     [
         (State, ObjectState), (Action, ExecuteAction.Request), (Manner, Demonstration),
-        (Kind, Decision), (Result, Outcome), (Actor, Outcome), (Motion, ExecuteAction.Request),
+        (Kind, Decision), (Result, Outcome), (Actor, Outcome),
+        (MotionOutcome, ExecuteAction.Request),
         (Reply, AskHuman.Request),
     ],
 )  # fmt: skip
@@ -81,9 +84,9 @@ def test_an_arm_s_answer_that_is_none() -> None:
     good = messages.read_motion(ExecuteAction.Response(outcome=3, finished=Time(sec=4)))
     bad = messages.read_motion(ExecuteAction.Response(outcome=77))
 
-    assert (good.outcome, good.finished) == (Motion.HELD, 4 * 10**9)
-    assert (bad.outcome, bad.message) == (None, 'expected an outcome from 0 to 9, got 77.')
+    assert (good.outcome, good.finished) == (MotionOutcome.HELD, 4 * 10**9)
+    assert (bad.outcome, bad.message) == (None, 'expected an outcome from 0 to 10, got 77.')
 
 
 def test_times() -> None:
-    assert messages.stamp_ns(messages.time_msg(1_234_567_890_123)) == 1_234_567_890_123
+    assert stamp_ns(time_msg(1_234_567_890_123)) == 1_234_567_890_123

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.tabletop.action_selection import Kind, choose
-from likeme_inference.tabletop.domain import TABLETOP, Action, Mode, State
+from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.model_file import (
     format_model,
     load,

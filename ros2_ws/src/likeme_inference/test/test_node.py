@@ -9,14 +9,16 @@ import pytest
 from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
+from likeme_core.observations import TableSnapshot
+from likeme_core.ros.time import stamp_ns
+from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference import messages
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import TABLETOP, Manner, Mode, Policy, State
+from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.imitation import Settings, believe, decide
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import plan
-from likeme_inference.tabletop.values import TableView
 from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome
 from likeme_msgs.srv import AskHuman
 
@@ -41,8 +43,8 @@ class Listener:
 def expected_decision(demo: Demonstration, mode: Mode, got: Decision) -> Decision:
     """Ask the library for its decision on the same demonstration and table."""
     value = messages.read_demonstration(demo, shipped().objects)
-    stamp = messages.stamp_ns(got.header.stamp)
-    view = TableView(stamp, got.header.frame_id, True, {demo.object: value.x_i})
+    stamp = stamp_ns(got.header.stamp)
+    view = TableSnapshot(stamp, got.header.frame_id, True, {demo.object: value.x_i})
     return messages.decision_msg(decide(shipped(), Settings(mode=mode), value, view, got.id))
 
 

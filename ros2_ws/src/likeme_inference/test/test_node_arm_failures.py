@@ -11,9 +11,9 @@ import pytest
 from fakes import Arm, Camera
 
 from graph import LATCHED, Graph, NodeProcess
-from likeme_inference.messages import stamp_ns
-from likeme_inference.tabletop.domain import State
-from likeme_inference.tabletop.values import Motion
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.ros.time import stamp_ns
+from likeme_core.tabletop import State
 from likeme_msgs.msg import Decision, Outcome
 
 pytestmark = pytest.mark.graph
@@ -74,8 +74,8 @@ def test_a_late_answer_is_ignored_and_the_next_decision_works(tmp_path: Path) ->
         assert len(arm.requests) == 2
 
 
-@pytest.mark.parametrize('motion', [Motion.BUSY, Motion.EXPIRED])
-def test_a_refusal_fails_with_its_reason(tmp_path: Path, motion: Motion) -> None:
+@pytest.mark.parametrize('motion', [MotionOutcome.BUSY, MotionOutcome.EXPIRED])
+def test_a_refusal_fails_with_its_reason(tmp_path: Path, motion: MotionOutcome) -> None:
     with Graph(tmp_path) as graph:
         _, camera, outcomes = start(graph)
         arm = Arm(graph, camera)
@@ -110,7 +110,7 @@ def test_a_camera_that_falls_silent_has_not_seen_it(tmp_path: Path) -> None:
         outcome = graph.until(lambda: outcomes, 5, 'NOT_SEEN').pop()
 
         assert (outcome.result, outcome.x_f) == (Outcome.NOT_SEEN, 3)
-        assert outcome.motion_outcome == Motion.COMPLETED
+        assert outcome.motion_outcome == MotionOutcome.COMPLETED
 
 
 def test_a_table_that_never_settles_has_not_been_seen(tmp_path: Path) -> None:

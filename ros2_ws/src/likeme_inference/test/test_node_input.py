@@ -12,8 +12,8 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter
 
 from graph import LATCHED, Graph
-from likeme_inference.node_settings import NUMBERS
-from likeme_inference.tabletop.domain import State
+from likeme_core.tabletop import State
+from likeme_inference.node_settings import SETTINGS
 from likeme_inference.tabletop.model_file import format_model, shipped
 from likeme_msgs.msg import Decision, GoalBelief
 
@@ -62,12 +62,13 @@ def test_bad_demonstrations_are_dropped_counted_and_said_once(tmp_path: Path) ->
 def test_ranges_arrive_as_they_were_meant(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         graph.start('likeme_inference.inference_node')
-        request = DescribeParameters.Request(names=list(NUMBERS))
+        numbers = {n: s for n, s in SETTINGS.items() if s.limits}
+        request = DescribeParameters.Request(names=list(numbers))
         told = graph.call(DescribeParameters, 'inference_node/describe_parameters', request)
 
     spans = [descriptor.floating_point_range[0] for descriptor in told.descriptors]
     assert [(span.from_value, span.to_value) for span in spans] == [
-        (number.least, number.greatest) for number in NUMBERS.values()
+        setting.limits for setting in numbers.values()
     ]
 
 

@@ -13,11 +13,12 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Header
 
 from graph import LATCHED, Graph
-from likeme_inference.messages import stamp_ns, time_msg
-from likeme_inference.rehearsal import Input
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_core.tabletop import Manner, Mode, State
+from likeme_inference.input_sequencer import Input
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Manner, Mode, State
-from likeme_inference.tabletop.values import Motion, Result
+from likeme_inference.tabletop.values import Result
 from likeme_msgs.msg import Decision, Heard, Outcome, TableState
 from likeme_msgs.srv import AskHuman
 
@@ -67,7 +68,10 @@ def test_a_replayed_session_hears_the_recording_and_moves_nothing(tmp_path: Path
         graph.until(lambda: len(decisions) == 2, 10, 'the decision to act')
         assert decisions[-1].kind == Kind.EXECUTE
         # The camera has been silent for ever by the wall clock, which must not matter.
-        motion = {'motion_outcome': int(Motion.COMPLETED), 'finished': time_msg(13 * SECOND)}
+        motion = {
+            'motion_outcome': int(MotionOutcome.COMPLETED),
+            'finished': time_msg(13 * SECOND),
+        }
         assert not prompter.cue(Input.MOTION, 12 * SECOND, message='Done then.', **motion).refused
         table(14, State.LEFT)
         (outcome,) = graph.until(lambda: outcomes, 10, 'the outcome')

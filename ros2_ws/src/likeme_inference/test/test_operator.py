@@ -11,13 +11,13 @@ import pytest
 from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
-from likeme_inference.console_words import MENU, read_reply
-from likeme_inference.tabletop.domain import State
+from likeme_core.tabletop import State
+from likeme_inference.console_replies import MENU, read_reply
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, Outcome
 
 L, R, O = State  # noqa: E741
-COMMAND = (sys.executable, '-m', 'likeme_inference.operator_node')
+COMMAND = (sys.executable, '-m', 'likeme_inference.ask_human_node')
 
 
 def run(graph: Graph, *arguments: str) -> subprocess.CompletedProcess[str]:

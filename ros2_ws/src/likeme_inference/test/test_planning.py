@@ -12,8 +12,9 @@ from hypothesis.extra import numpy as hnp
 from scipy import sparse
 from worlds import counts
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
-from likeme_inference.tabletop.domain import TABLETOP, Action, State
+from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import NO_ACTION, Plan, plan, spread
 from likeme_inference.tabletop.sparse import SparseGoalModel

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_inference.tabletop.domain import Action, State
+from likeme_core.tabletop import Action, State
 from likeme_inference.tabletop.goal_inference import direct_policy
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.policy import explore, explored_policy, reinforced

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from likeme_inference.rehearsal import Cue, Input, Rehearsal
+from likeme_inference.input_sequencer import Cue, Input, Rehearsal
 
 
 class Stage:

@@ -8,17 +8,16 @@ import math
 import pytest
 from stories import ns, shown, table
 
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
 from likeme_inference.tabletop.imitation import Settings, help_request
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession, Phase
 from likeme_inference.tabletop.values import (
-    Actor,
     Decision,
     GoalBelief,
-    Motion,
     MotionReport,
     Outcome,
     Remark,
@@ -27,7 +26,7 @@ from likeme_inference.tabletop.values import (
 )
 
 L, R, O = State  # noqa: E741
-DONE = MotionReport(Motion.COMPLETED, 'Pushed.', ns(20))
+DONE = MotionReport(MotionOutcome.COMPLETED, 'Pushed.', ns(20))
 
 
 def session(mode: Mode = Mode.INTERACTIVE, **settings: float) -> ImitationSession:
@@ -69,7 +68,11 @@ def test_chicken_s_story() -> None:
     assert nothing is wait is too_early is rolling is None
     assert isinstance(outcome, Outcome)
     assert (outcome.result, outcome.actor, outcome.x_f) == (Result.REACHED, Actor.ROBOT, L)
-    assert (outcome.decision_id, outcome.stamp, outcome.motion) == (2, ns(21), Motion.COMPLETED)
+    assert (outcome.decision_id, outcome.stamp, outcome.motion) == (
+        2,
+        ns(21),
+        MotionOutcome.COMPLETED,
+    )
     assert here.look(table(30, chicken=R)) is None
     assert here.phase is Phase.IDLE
 
@@ -257,9 +260,9 @@ def test_while_acting_demonstrations_are_left_aside() -> None:
     'report',
     [
         MotionReport(None, 'the arm gave no answer within 60 s.'),
-        MotionReport(Motion.BUSY, 'Another action is under way.'),
-        MotionReport(Motion.OBJECT_NOT_SEEN, 'pear is not in view.'),
-        MotionReport(Motion.EXPIRED, 'Too late.'),
+        MotionReport(MotionOutcome.BUSY, 'Another action is under way.'),
+        MotionReport(MotionOutcome.OBJECT_NOT_SEEN, 'pear is not in view.'),
+        MotionReport(MotionOutcome.EXPIRED, 'Too late.'),
     ],
 )
 def test_an_arm_that_did_not_move_failed(report: MotionReport) -> None:
@@ -273,8 +276,10 @@ def test_an_arm_that_did_not_move_failed(report: MotionReport) -> None:
     assert (outcome.stamp, outcome.x_f, outcome.action) == (ns(9), None, Action.PUSH_LEFT)
 
 
-@pytest.mark.parametrize('motion', [Motion.NOT_GRASPED, Motion.NO_IK_SOLUTION, Motion.HELD])
-def test_after_half_a_motion_the_camera_has_the_word(motion: Motion) -> None:
+@pytest.mark.parametrize(
+    'motion', [MotionOutcome.NOT_GRASPED, MotionOutcome.NO_IK_SOLUTION, MotionOutcome.HELD]
+)
+def test_after_half_a_motion_the_camera_has_the_word(motion: MotionOutcome) -> None:
     here = session()
     show_and_put_back(here, 'chicken', R, L)
     here.motion_finished(MotionReport(motion, 'Half.', ns(20)))
@@ -364,9 +369,11 @@ def test_settings_that_are_none(settings: dict[str, float], message: str) -> Non
         Settings(**settings)
 
 
-def missed(here: ImitationSession, at: float, x_f: State, **motion: Motion) -> Outcome:
+def missed(here: ImitationSession, at: float, x_f: State, **motion: MotionOutcome) -> Outcome:
     """The arm ends its motion, and the camera sees the object elsewhere."""
-    here.motion_finished(MotionReport(motion.get('motion', Motion.COMPLETED), 'Done.', ns(at)))
+    here.motion_finished(
+        MotionReport(motion.get('motion', MotionOutcome.COMPLETED), 'Done.', ns(at))
+    )
     outcome = here.look(table(at + 0.1, lemon=x_f))
     assert isinstance(outcome, Outcome)
     assert outcome.result is Result.MISSED
@@ -443,7 +450,7 @@ def test_nobody_goes_on_after_a_hold_or_an_arm_that_failed() -> None:
     held, failed = session(Mode.SEQUENTIAL), session(Mode.SEQUENTIAL)
     for here in (held, failed):
         show_and_put_back(here, 'lemon', R, L)
-    missed(held, 12, R, motion=Motion.HELD)
+    missed(held, 12, R, motion=MotionOutcome.HELD)
     outcome = failed.motion_finished(MotionReport(None, 'It is gone.'))
 
     assert isinstance(outcome, Outcome)

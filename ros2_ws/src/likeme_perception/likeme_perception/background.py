@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.config import PerceptionConfig, Rectangle
+from likeme_core.geometry import Rectangle
+from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoTableError
 from likeme_perception.plane import Plane, ransac_plane, refine_plane
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, deproject, depth_sigma

@@ -11,41 +11,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from likeme_core.geometry import Rectangle
+
 SIDES = ('near', 'far', 'left', 'right')
-
-
-@dataclass(frozen=True)
-class Rectangle:
-    """An axis-aligned area of the table plane, m, in the reference frame."""
-
-    x_min: float
-    x_max: float
-    y_min: float
-    y_max: float
-
-    def __post_init__(self) -> None:
-        if not (self.x_min < self.x_max and self.y_min < self.y_max):
-            raise ValueError(
-                f'Expected x_min < x_max and y_min < y_max, '
-                f'got x {self.x_min:g} to {self.x_max:g} '
-                f'and y {self.y_min:g} to {self.y_max:g}.'
-            )
-
-    def contains(
-        self, x: NDArray[np.floating], y: NDArray[np.floating], margin: float = 0.0
-    ) -> NDArray[np.bool_]:
-        """Which points lie inside the rectangle grown by a margin (m) on every side."""
-        return (
-            (x >= self.x_min - margin)
-            & (x <= self.x_max + margin)
-            & (y >= self.y_min - margin)
-            & (y <= self.y_max + margin)
-        )
-
-    def corners(self) -> NDArray[np.float64]:
-        """The four corners in order round the area, (4, 2)."""
-        x0, x1, y0, y1 = self.x_min, self.x_max, self.y_min, self.y_max
-        return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
 @dataclass(frozen=True)

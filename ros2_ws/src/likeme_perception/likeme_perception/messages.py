@@ -4,54 +4,25 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from likeme_core.observations import Demonstration
+from likeme_core.regions import Regions
+from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import FrameDone, ObjectState, TableState
 from likeme_perception.frame_counts import Rate
-from likeme_perception.node_settings import Setting
-from likeme_perception.observation import Demonstration, ObjectObservation, TableObservation
+from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.overlay import STATE_COLOURS
-from likeme_perception.regions import Regions, State
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, decode_depth, decode_rgb
-
-SECOND = 1_000_000_000
-
-
-def nanoseconds(stamp: Time) -> int:
-    """A stamp in ns."""
-    return int(stamp.sec) * SECOND + int(stamp.nanosec)
-
-
-def time_of(stamp: int) -> Time:
-    """A stamp from ns."""
-    return Time(sec=stamp // SECOND, nanosec=stamp % SECOND)
-
-
-def parameter_descriptor(setting: Setting, default: Any) -> ParameterDescriptor:
-    """What ROS is told about a parameter."""
-    descriptor = ParameterDescriptor(description=setting.description)
-    # An empty list has no element type of its own.
-    descriptor.dynamic_typing = isinstance(default, list)
-    if setting.limits is None:
-        return descriptor
-    low, high = setting.limits
-    if isinstance(default, int):
-        descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high), step=1)]
-    else:
-        descriptor.floating_point_range = [
-            FloatingPointRange(from_value=float(low), to_value=float(high))
-        ]
-    return descriptor
 
 
 def frame_of(colour: Image, depth: Image) -> RgbdFrame:
@@ -64,7 +35,7 @@ def frame_of(colour: Image, depth: Image) -> RgbdFrame:
     metres = decode_depth(
         depth.data, depth.encoding, depth.height, depth.width, depth.step, bool(depth.is_bigendian)
     )
-    return RgbdFrame(nanoseconds(depth.header.stamp), depth.header.frame_id, rgb, metres)
+    return RgbdFrame(stamp_ns(depth.header.stamp), depth.header.frame_id, rgb, metres)
 
 
 def intrinsics_of(info: CameraInfo) -> Intrinsics:
@@ -95,13 +66,13 @@ def object_state(seen: ObjectObservation) -> ObjectState:
     x, y, z = seen.centroid
     message = ObjectState(
         name=seen.name,
-        state=int(seen.state),
+        state=ObjectState.UNKNOWN if seen.state is None else int(seen.state),
         state_probability=list(seen.state_probability),
         visible=seen.visible,
         settled=seen.settled,
         centroid=Point(x=x, y=y, z=z),
         identity_probability=seen.identity_probability,
-        last_seen=time_of(seen.last_seen),
+        last_seen=time_msg(seen.last_seen),
     )
     if seen.shape is not None:
         message.major_axis_yaw = seen.shape.yaw
@@ -123,8 +94,8 @@ def demonstration(act: Demonstration, header: Header) -> DemonstrationMsg:
         manner=int(act.manner),
         manner_probability=act.manner_probability,
         rise=act.rise,
-        start=time_of(act.start),
-        end=time_of(act.end),
+        start=time_msg(act.start),
+        end=time_msg(act.end),
     )
 
 
@@ -152,16 +123,8 @@ def diagnostics_message(
     """How perception does, in one sentence and some numbers."""
     level, sentence = _judgement(rate, learned)
     values = {'frame rate (Hz)': f'{rate.frames:.1f}', 'background learned': str(learned), **facts}
-    status = DiagnosticStatus(
-        level=level,
-        name='likeme_perception: camera to table state',
-        message=sentence,
-        hardware_id='camera',
-        values=[KeyValue(key=key, value=value) for key, value in values.items()],
-    )
-    message = DiagnosticArray(status=[status])
-    message.header.stamp = stamp
-    return message
+    name = 'likeme_perception: camera to table state'
+    return diagnostics_msg(name, level, sentence, values, stamp, 'camera')
 
 
 def _judgement(rate: Rate, learned: bool) -> tuple[bytes, str]:
@@ -199,7 +162,7 @@ def _object_markers(header: Header, k: int, seen: ObjectObservation) -> list[Mar
     x, y, z = seen.shape.centroid
     yaw = seen.shape.yaw
     for marker in (sphere, label):
-        marker.color = _colour(STATE_COLOURS[State(seen.state)])
+        marker.color = _colour(STATE_COLOURS[seen.state])
         marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, z
     sphere.pose.orientation.z, sphere.pose.orientation.w = (
         float(np.sin(yaw / 2)),
@@ -209,7 +172,7 @@ def _object_markers(header: Header, k: int, seen: ObjectObservation) -> list[Mar
     sphere.scale.z = max(seen.shape.height, 0.01)
     label.pose.position.z = z + 0.06
     label.scale.z = 0.03
-    label.text = f'{seen.name} {seen.state.name}'
+    label.text = f'{seen.name} {seen.state_name}'
     return [sphere, label]
 
 

@@ -7,11 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_core.regions import Regions
+from likeme_core.tabletop import State
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import CatalogueObject
 from likeme_perception.observation import ObjectObservation
 from likeme_perception.partial import with_hidden_part
-from likeme_perception.regions import Regions, State, certain
+from likeme_perception.regions import certain, state_probability
 from likeme_perception.rgbd import RgbdFrame, depth_sigma
 from likeme_perception.segmentation import Blob, Index, Shape
 from likeme_perception.view import TableView
@@ -119,7 +121,7 @@ class ObjectTrack:
         return ObjectObservation(
             name=self.known.name,
             state=scene.regions.state_of(x, y, z),
-            state_probability=scene.regions.probability(x, y, z, sigma),
+            state_probability=state_probability(scene.regions, (x, y, z), sigma),
             visible=True,
             settled=resting and not partial,
             shape=shape,
@@ -151,7 +153,7 @@ class ObjectTrack:
         """What may be said of an object that is not seen.
 
         Seen last OFFTABLE: it still is. Else a hand or an arm in view may hide or hold it, or one
-        that is parked over its place: UNKNOWN. Without them it is OFFTABLE, once it has not been
+        that is parked over its place: unknown. Without them it is OFFTABLE, once it has not been
         seen for absence_time.
         """
         last = self._last
@@ -161,14 +163,16 @@ class ObjectTrack:
         hidden = scene.intruder or scene.may_hide(last.centroid)
         if hidden and last.state is not State.OFFTABLE:
             self._unseen_since = stamp
-            return self._blind(last, State.UNKNOWN, False)
+            return self._blind(last, None, False)
         gone = stamp - self._unseen_since >= self._config.absence_time * SECOND
         if last.state is State.OFFTABLE or gone:
             self.template = None if gone else self.template
             return self._blind(last, State.OFFTABLE, gone and not scene.intruder)
         return self._blind(last, last.state, False)
 
-    def _blind(self, last: ObjectObservation, state: State, settled: bool) -> ObjectObservation:
+    def _blind(
+        self, last: ObjectObservation, state: State | None, settled: bool
+    ) -> ObjectObservation:
         return ObjectObservation(
             last.name,
             state,

@@ -3,33 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import IntEnum
 from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.tabletop import State
 from likeme_perception.hand_tip import HandTip
-from likeme_perception.regions import UNIFORM, Probability, State
+from likeme_perception.regions import UNIFORM, Probability
 from likeme_perception.segmentation import Index, Shape
-
-
-class Manner(IntEnum):
-    """How a person moved an object; the numbers of likeme_msgs/Demonstration."""
-
-    PLACE = 0
-    PUSH = 1
 
 
 @dataclass(frozen=True, eq=False)
 class ObjectObservation:
     """One catalogue object in one frame: the fields of likeme_msgs/ObjectState.
 
-    shape: last seen, None when never seen. pixels: flat indices in this frame's image.
+    state: None while something covers the object, or before it was seen. shape: last seen, None
+    when never seen. pixels: flat indices in this frame's image.
     """
 
     name: str
-    state: State = State.UNKNOWN
+    state: State | None = None
     state_probability: Probability = UNIFORM
     visible: bool = False
     settled: bool = False
@@ -39,25 +34,14 @@ class ObjectObservation:
     pixels: Index = field(default_factory=lambda: np.zeros(0, np.intp))
 
     @property
+    def state_name(self) -> str:
+        """The state as a constant's name of likeme_msgs/ObjectState."""
+        return 'UNKNOWN' if self.state is None else self.state.name
+
+    @property
     def centroid(self) -> tuple[float, float, float]:
         """Middle of the surface, m; last seen value when not visible, NaN when never seen."""
         return self.shape.centroid if self.shape else (nan, nan, nan)
-
-
-@dataclass(frozen=True)
-class Demonstration:
-    """One human act from start to end: the fields of likeme_msgs/Demonstration; stamps in ns."""
-
-    object: str
-    x_i: State
-    x_f: State
-    x_i_probability: Probability
-    x_f_probability: Probability
-    manner: Manner
-    manner_probability: float
-    rise: float
-    start: int
-    end: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +64,12 @@ class TableObservation:
     hand: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     arm: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     things: tuple[tuple[Index, Shape], ...] = ()
+
+    @property
+    def snapshot(self) -> TableSnapshot:
+        """The known states alone: what an imitation session takes in."""
+        states = {o.name: o.state for o in self.objects if o.state is not None}
+        return TableSnapshot(self.stamp, self.frame_id, self.settled, states)
 
     def object(self, name: str) -> ObjectObservation:
         """The object of that name."""

@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_core.regions import Regions
+from likeme_core.tabletop import State
 from likeme_perception.observation import ObjectObservation, TableObservation
-from likeme_perception.regions import Regions, State
 from likeme_perception.segmentation import Index, Shape, mask_of
 from likeme_perception.view import TableView
 
@@ -19,11 +20,11 @@ Pixels = NDArray[np.float64]
 
 # Drawn at twice the camera's size: thin lines and small letters stay sharp.
 SCALE = 2
-STATE_COLOURS: dict[State, Colour] = {
+STATE_COLOURS: dict[State | None, Colour] = {
     State.LEFT: (64, 196, 255),
     State.RIGHT: (255, 176, 59),
     State.OFFTABLE: (255, 105, 135),
-    State.UNKNOWN: (205, 205, 205),
+    None: (205, 205, 205),
 }
 _HAND: Colour = (255, 221, 87)
 _ARM: Colour = (186, 148, 255)
@@ -134,8 +135,8 @@ def _draw_object(
     cv2.drawContours(canvas, contours, -1, _INK, 5, cv2.LINE_AA)
     cv2.drawContours(canvas, contours, -1, colour, 3 if seen.settled else 2, cv2.LINE_AA)
     _draw_axis(canvas, view, shape, colour)
-    label = f'{seen.name}  {seen.state.name}'
-    if seen.state is not State.UNKNOWN:
+    label = f'{seen.name}  {seen.state_name}'
+    if seen.state is not None:
         label += f' {100 * max(seen.state_probability):.0f}%'
     top = min((int(c[:, 0, 1].min()) for c in contours), default=40)
     middle = _pixels_of(view, np.array([shape.centroid]))[0] >> _SHIFT
@@ -170,7 +171,7 @@ def _draw_unseen(canvas: ImageB, table: TableObservation) -> None:
     """Objects out of sight, listed in the lower left corner."""
     unseen = [o for o in table.objects if not o.visible]
     for k, o in enumerate(reversed(unseen)):
-        label = f'{o.name}  {"covered" if o.state is State.UNKNOWN else o.state.name}, not in view'
+        label = f'{o.name}  {"covered" if o.state is None else o.state.name}, not in view'
         width = cv2.getTextSize(label, _FONT, 0.6, 1)[0][0]
         _pill(
             canvas, label, (width // 2 + 26, canvas.shape[0] - 32 - 40 * k), STATE_COLOURS[o.state]

@@ -2,38 +2,31 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
-from typing import Any
 
 import cv2
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import CameraInfo, Image
 from visualization_msgs.msg import MarkerArray
 
+from likeme_core.ros import parameters
+from likeme_core.ros.qos import CAMERA
+from likeme_core.ros.spin import run_node
+from likeme_core.ros.time import stamp_ns, steady_clock
 from likeme_msgs.msg import Demonstration, FrameDone, TableState
 from likeme_perception import messages
 from likeme_perception.errors import FrameError, NoDepthError
 from likeme_perception.frame_counts import FrameCounts, Throttle
-from likeme_perception.node_settings import SETTINGS, default_of, read_settings
+from likeme_perception.node_settings import SETTINGS, read_settings
 from likeme_perception.observation import TableObservation
 from likeme_perception.overlay import draw
 from likeme_perception.pairing import StampOrder, StampPairing
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
-
-#: s at most until a signal is noticed.
-SIGNAL_PERIOD = 0.2
 
 
 class PerceptionNode(Node):
@@ -61,9 +54,7 @@ class PerceptionNode(Node):
 
     def __init__(self, parameter_overrides: list[Parameter] | None = None) -> None:
         super().__init__('perception_node', parameter_overrides=parameter_overrides)
-        for name, setting in SETTINGS.items():
-            default = default_of(name)
-            self.declare_parameter(name, default, messages.parameter_descriptor(setting, default))
+        parameters.declare(self, SETTINGS)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._start_anew)
 
@@ -79,32 +70,23 @@ class PerceptionNode(Node):
         self._overlay_pub = self.create_publisher(Image, 'table_overlay', 1)
         self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
 
-        # Sensor data with a short queue: when work piles up, only the newest frames are wanted.
-        qos = QoSProfile(depth=2, reliability=ReliabilityPolicy.BEST_EFFORT)
         colour, depth = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
-        self.create_subscription(Image, colour, lambda m: self._on_image(0, m), qos)
-        self.create_subscription(Image, depth, lambda m: self._on_image(1, m), qos)
-        self.create_subscription(CameraInfo, 'camera/rgb/camera_info', self._on_info, qos)
-        # A steady clock: diagnostics go on while /clock stands still.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._publish_diagnostics, clock=steady)
-
-    def _values(self, changes: list[Parameter]) -> dict[str, Any]:
-        """All parameters after some changes."""
-        values = {name: self.get_parameter(name).value for name in SETTINGS}
-        return values | {p.name: p.value for p in changes}
+        self.create_subscription(Image, colour, lambda m: self._on_image(0, m), CAMERA)
+        self.create_subscription(Image, depth, lambda m: self._on_image(1, m), CAMERA)
+        self.create_subscription(CameraInfo, 'camera/rgb/camera_info', self._on_info, CAMERA)
+        self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
 
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         try:
-            read_settings(self._values(changes))
+            read_settings(parameters.values(self, SETTINGS, changes))
         except (ValueError, TypeError, OSError) as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _start_anew(self, _: list[Parameter]) -> None:
-        self._settings = read_settings(self._values([]))
+        self._settings = read_settings(parameters.values(self, SETTINGS))
         self._pairing: StampPairing[Image] = StampPairing(
-            self._settings.pairing_tolerance, lambda m: messages.nanoseconds(m.header.stamp)
+            self._settings.pairing_tolerance, lambda m: stamp_ns(m.header.stamp)
         )
         self._order = StampOrder()
         self._perception: TabletopPerception | None = None
@@ -130,7 +112,7 @@ class PerceptionNode(Node):
 
     def _on_pair(self, colour: Image, depth: Image) -> None:
         begin = time.perf_counter()
-        order = self._order.take(messages.nanoseconds(depth.header.stamp))
+        order = self._order.take(stamp_ns(depth.header.stamp))
         if order == 'older':
             self._refuse(depth, 'older than the last', 'a frame is older than the one before it')
             return
@@ -209,33 +191,12 @@ class PerceptionNode(Node):
         self._diagnostics_pub.publish(messages.diagnostics_message(rate, learned, facts, now))
 
 
-def main(args: list[str] | None = None) -> None:
-    """Run the node until SIGINT or SIGTERM.
-
-    rclpy's own handlers shut the context down under whatever is publishing; here a signal is
-    noted, the callback comes to its end, and only then the context is shut down.
-    """
-    signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _: signals.append(received))
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
     # Threads for images this small only wait for each other.
     cv2.setNumThreads(1)
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        node = PerceptionNode()
-    except (ValueError, TypeError, OSError, ParameterException) as error:
-        rclpy.try_shutdown()
-        sys.exit(f'perception_node: {error}')
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    try:
-        while not signals:
-            executor.spin_once(timeout_sec=SIGNAL_PERIOD)
-    finally:
-        executor.shutdown()
-        node.destroy_node()
-        rclpy.try_shutdown()
+    return run_node('perception_node', PerceptionNode)
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(main())

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_core.regions import Regions
 from likeme_perception.background import Background, BackgroundLearner
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.errors import NoDepthError
@@ -16,7 +17,7 @@ from likeme_perception.hand import Intruders, IntruderSegmenter
 from likeme_perception.identification import Catalogue, Match, assign, identity_probability
 from likeme_perception.objects import ObjectTrack, Scene, Sighting
 from likeme_perception.observation import TableObservation
-from likeme_perception.regions import Regions, regions_of
+from likeme_perception.regions import regions_of
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
 from likeme_perception.segmentation import (
     Blob,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_perception.config import Rectangle
+from likeme_core.geometry import Rectangle
 
 ImageF = NDArray[np.float32]
 

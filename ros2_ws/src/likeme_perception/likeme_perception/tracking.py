@@ -8,14 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_core.observations import Demonstration
+from likeme_core.tabletop import Manner
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.hand_tip import HandTip
-from likeme_perception.observation import (
-    Demonstration,
-    Manner,
-    ObjectObservation,
-    TableObservation,
-)
+from likeme_perception.observation import ObjectObservation, TableObservation
 
 SECOND = 1_000_000_000
 # An object is on its way once it has moved this far (m) from where it lay, and so is the hand that
@@ -75,7 +72,7 @@ class DemonstrationTracker:
             return ()
         episode, self._episode = self._episode, None
         self._remember(now)
-        return self._acts(episode)
+        return self._acts(episode, now)
 
     def _remember(self, now: TableObservation) -> None:
         self._settled |= {o.name: o for o in now.objects if o.settled}
@@ -102,7 +99,7 @@ class DemonstrationTracker:
             gone >= self._config.settle_timeout or now.arm_in_view
         )
 
-    def _acts(self, episode: Episode) -> tuple[Demonstration, ...]:
+    def _acts(self, episode: Episode, now: TableObservation) -> tuple[Demonstration, ...]:
         if episode.robot:
             self.shared_acts += 1
             return ()
@@ -111,7 +108,7 @@ class DemonstrationTracker:
             for name, before in episode.before.items()
             if (after := self._settled.get(name)) is not None and after.state != before.state
         ]
-        acts = [(self._moved_at(episode, b), self._act(episode, b, a)) for b, a in changed]
+        acts = [(self._moved_at(episode, b), self._act(episode, b, a, now)) for b, a in changed]
         return tuple(act for _, act in sorted(acts, key=lambda pair: pair[0]))
 
     def _moved_at(self, episode: Episode, before: ObjectObservation) -> int:
@@ -122,22 +119,30 @@ class DemonstrationTracker:
         return episode.start
 
     def _act(
-        self, episode: Episode, before: ObjectObservation, after: ObjectObservation
+        self,
+        episode: Episode,
+        before: ObjectObservation,
+        after: ObjectObservation,
+        now: TableObservation,
     ) -> Demonstration:
+        assert before.state is not None, 'Only settled objects are compared.'
+        assert after.state is not None, 'Only settled objects are compared.'
         rise = rise_of(episode.samples.get(before.name, []), before, after)
         c = self._config
         place = 1 / (1 + exp(min(50.0, -(rise - c.place_rise) / c.place_rise_scale)))
         return Demonstration(
-            before.name,
-            before.state,
-            after.state,
-            before.state_probability,
-            after.state_probability,
-            Manner.PLACE if place >= 0.5 else Manner.PUSH,
-            max(place, 1 - place),
-            rise,
-            episode.start,
-            episode.left or episode.start,
+            stamp=now.stamp,
+            frame=now.frame_id,
+            object=before.name,
+            x_i=before.state,
+            x_f=after.state,
+            manner=Manner.PLACE if place >= 0.5 else Manner.PUSH,
+            start=episode.start,
+            end=episode.left or episode.start,
+            x_i_probability=before.state_probability,
+            x_f_probability=after.state_probability,
+            manner_probability=max(place, 1 - place),
+            rise=rise,
         )
 
 

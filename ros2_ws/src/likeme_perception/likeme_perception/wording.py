@@ -17,7 +17,7 @@ def described(table: TableObservation) -> dict[str, Any]:
         'objects': [
             {
                 'name': o.name,
-                'state': o.state.name,
+                'state': o.state_name,
                 'state_probability': [round(p, 4) for p in o.state_probability],
                 'visible': o.visible,
                 'identity_probability': round(o.identity_probability, 4),
@@ -44,7 +44,7 @@ def _shape_values(shape: Shape) -> dict[str, Any]:
 def in_words(table: TableObservation) -> str:
     """One line for each thing that was found."""
     lines = [
-        f'{o.name}: {o.state.name}' + ('' if o.visible else ' (not in view)')
+        f'{o.name}: {o.state_name}' + ('' if o.visible else ' (not in view)')
         for o in table.objects
     ]
     for pixels, s in table.things:

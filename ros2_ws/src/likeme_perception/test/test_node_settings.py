@@ -6,11 +6,12 @@ from dataclasses import fields
 
 import pytest
 
+from likeme_core.settings import defaults
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.identification import load_catalogue
-from likeme_perception.node_settings import SETTINGS, default_of, read_settings
+from likeme_perception.node_settings import SETTINGS, read_settings
 
-DEFAULTS = {name: default_of(name) for name in SETTINGS}
+DEFAULTS = defaults(SETTINGS)
 
 
 def test_every_number_of_the_configuration_is_a_parameter() -> None:
@@ -37,4 +38,4 @@ def test_empty_lists_mean_that_it_is_estimated() -> None:
 def test_a_default_lies_within_its_limits(name: str) -> None:
     limits = SETTINGS[name].limits
     if limits is not None:
-        assert limits[0] <= default_of(name) <= limits[1]
+        assert limits[0] <= SETTINGS[name].default <= limits[1]

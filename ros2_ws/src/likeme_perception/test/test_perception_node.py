@@ -22,8 +22,8 @@ from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
+from likeme_core.ros.time import time_msg  # noqa: E402
 from likeme_msgs.msg import ObjectState, TableState  # noqa: E402
-from likeme_perception.messages import time_of  # noqa: E402
 from likeme_perception.perception_node import PerceptionNode  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
 
@@ -43,7 +43,7 @@ def image_of(frame: RgbdFrame, pixels: np.ndarray, encoding: str) -> Image:
     image = Image(height=pixels.shape[0], width=pixels.shape[1], encoding=encoding)
     image.step = pixels[0].nbytes
     image.data = array('B', np.ascontiguousarray(pixels).tobytes())
-    image.header.stamp = time_of(frame.stamp)
+    image.header.stamp = time_msg(frame.stamp)
     image.header.frame_id = 'camera_rgb_optical_frame'
     return image
 
@@ -206,7 +206,7 @@ def test_a_bad_start_says_why(argument: str) -> None:
         node = start_node(domain, '-p', argument)
         out, _ = node.communicate(timeout=30)
     assert node.returncode == 1
-    assert 'perception_node: ' in out.splitlines()[-1]
+    assert 'perception_node does not start: ' in out.splitlines()[-1]
     assert 'Traceback' not in out
 
 

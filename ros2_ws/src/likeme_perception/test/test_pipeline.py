@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from likeme_core.tabletop import State
 from likeme_perception.identification import (
     Catalogue,
     catalogue_entry,
     catalogue_yaml,
     load_catalogue,
 )
-from likeme_perception.regions import State
 
 
 def settle(perception, studio, *things, frames: int = 8):
@@ -91,7 +91,7 @@ def test_a_hand_hides_an_object_and_another_stays_known(
     assert seen.hand_in_view
     assert not seen.arm_in_view
     assert not seen.settled
-    assert seen.object('lemon').state is State.UNKNOWN
+    assert seen.object('lemon').state is None
     assert seen.object('lemon').state_probability == pytest.approx((1 / 3,) * 3)
     assert seen.object('pear').state is State.RIGHT
     assert seen.hand_tip is not None
@@ -186,7 +186,7 @@ def test_an_object_under_what_is_held_still_is_unknown_until_it_is_seen(
     settle(perception, soon_still, *resting)
     seen = settle(perception, soon_still, *resting, forearm(0.36, 0.19, 0.12), frames=30)
     assert (perception.absorbed, seen.hand_in_view) == (1, False)
-    assert seen.object('lemon').state is State.UNKNOWN
+    assert seen.object('lemon').state is None
     assert not seen.settled
     leaving = settle(perception, soon_still, *resting, forearm(0.45, -0.02, 0.12), frames=3)
     assert leaving.hand_in_view

@@ -6,8 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from likeme_perception.config import PerceptionConfig, Rectangle, config_from
-from likeme_perception.regions import Regions, State, certain
+from likeme_core.geometry import Rectangle
+from likeme_core.regions import Regions
+from likeme_core.tabletop import State
+from likeme_perception.config import PerceptionConfig, config_from
+from likeme_perception.regions import certain, state_probability
 
 AREA = Rectangle(0.27, 0.61, -0.33, 0.33)
 REGIONS = Regions(AREA, 0.0)
@@ -37,7 +40,7 @@ def test_the_centroid_rule(x: float, y: float, z: float, state: State) -> None:
     st.floats(-1, 1),
 )
 def test_probabilities_sum_to_one(x: float, y: float, z: float, sigma: float, line: float) -> None:
-    p = Regions(AREA, line).probability(x, y, z, sigma)
+    p = state_probability(Regions(AREA, line), (x, y, z), sigma)
     assert sum(p) == pytest.approx(1.0)
     assert all(0 <= q <= 1 for q in p)
 
@@ -46,18 +49,18 @@ def test_probabilities_sum_to_one(x: float, y: float, z: float, sigma: float, li
 def test_with_a_sharp_centroid_the_likeliest_state_is_the_ruled_one(x: float, y: float) -> None:
     if abs(y) < 1e-3:
         return
-    p = REGIONS.probability(x, y, 0.0, 1e-4)
+    p = state_probability(REGIONS, (x, y, 0.0), 1e-4)
     assert p[REGIONS.state_of(x, y)] == max(p)
 
 
 def test_on_the_line_both_halves_are_as_likely() -> None:
-    left, right, off = REGIONS.probability(0.44, 0.0, 0.0, 0.005)
+    left, right, off = state_probability(REGIONS, (0.44, 0.0, 0.0), 0.005)
     assert left == pytest.approx(right)
     assert off < 1e-6
 
 
 def test_unknown_is_uniform_and_known_is_certain() -> None:
-    assert certain(State.UNKNOWN) == pytest.approx((1 / 3, 1 / 3, 1 / 3))
+    assert certain(None) == pytest.approx((1 / 3, 1 / 3, 1 / 3))
     assert certain(State.RIGHT) == (0.0, 1.0, 0.0)
 
 

@@ -6,15 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from likeme_core.observations import Demonstration
+from likeme_core.tabletop import Manner, State
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.hand_tip import HandTip
-from likeme_perception.observation import (
-    Demonstration,
-    Manner,
-    ObjectObservation,
-    TableObservation,
-)
-from likeme_perception.regions import State, certain
+from likeme_perception.observation import ObjectObservation, TableObservation
+from likeme_perception.regions import certain
 from likeme_perception.segmentation import Shape
 from likeme_perception.tracking import DemonstrationTracker
 

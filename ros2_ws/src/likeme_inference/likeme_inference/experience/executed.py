@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from likeme_core.outcomes import Actor
 from likeme_inference.experience.model_view import model_of_rows, rows_of, source_of
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import COUNTED, Pair, Trial, TrialKey
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.values import Actor, Decision, Outcome
+from likeme_inference.tabletop.values import Decision, Outcome
 
 #: The campaign of what was done in earnest.
 IMITATION = 'imitation'

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import groupby
 
+from likeme_core.tabletop import State
 from likeme_inference.experience.store import ExperienceStore, Tally
-from likeme_inference.tabletop.domain import State
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 
 

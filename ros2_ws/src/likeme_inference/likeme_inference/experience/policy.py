@@ -7,8 +7,9 @@ from typing import Protocol
 
 import numpy as np
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.trial import Counts, Pair
-from likeme_inference.tabletop.domain import OUT_OF_REACH, Action, State
+from likeme_inference.tabletop.domain import OUT_OF_REACH
 from likeme_inference.tabletop.exploration import information_gain
 from likeme_inference.tabletop.shared_prior import fitted, shared_prior
 

@@ -22,9 +22,9 @@ from sqlalchemy import (
     Table,
 )
 
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.trial import Pair, Place, Trial, TrialKey
-from likeme_inference.tabletop.domain import Action, State
-from likeme_inference.tabletop.values import Motion
 
 SCHEMA_VERSION = 1
 
@@ -95,7 +95,7 @@ def trial_of(row: Row[Any]) -> Trial:
     return Trial(
         TrialKey(values['robot'], values['campaign'], pair, int(values['repetition'])),
         State(values['x_f']),
-        Motion(values['motion']),
+        MotionOutcome(values['motion']),
         int(values['seed']),
         values['version'],
         int(values['time']),

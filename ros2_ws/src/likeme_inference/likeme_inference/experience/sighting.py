@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from likeme_core.tabletop import State
 from likeme_inference.experience.trial import COUNTED, Place
-from likeme_inference.tabletop.domain import State
 from likeme_inference.tabletop.values import MotionReport
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, Row, func, insert, select
 from sqlalchemy.exc import IntegrityError
 
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.database import (
     FOR_WRITING,
     StoreError,
@@ -22,7 +23,6 @@ from likeme_inference.experience.database import (
 from likeme_inference.experience.schema import row_of, trial_of
 from likeme_inference.experience.schema import trials as table
 from likeme_inference.experience.trial import Pair, Trial, no_counts
-from likeme_inference.tabletop.domain import Action, State
 
 #: Trials a transaction: SQL statements have a limited number of parameters.
 BATCH = 200

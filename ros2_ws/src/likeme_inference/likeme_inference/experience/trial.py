@@ -12,8 +12,8 @@ from uuid import UUID, uuid5
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_inference.tabletop.domain import Action, State
-from likeme_inference.tabletop.values import Motion
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, State
 
 #: Counts of one robot's trials: object -> counts[x_i, a, x_f].
 Counts = Mapping[str, NDArray[np.int64]]
@@ -23,7 +23,12 @@ _TRIALS = UUID('6f0c6a5e-3d0b-5a63-9f0e-7b1f6f3f2c11')
 #: How a motion may end for a trial to count. The others were stopped or never begun by something
 #: that is not the robot's skill: held, busy, expired, the object not seen.
 COUNTED = frozenset(
-    {Motion.COMPLETED, Motion.NOT_GRASPED, Motion.NO_IK_SOLUTION, Motion.OBJECT_OFFTABLE}
+    {
+        MotionOutcome.COMPLETED,
+        MotionOutcome.NOT_GRASPED,
+        MotionOutcome.NO_IK_SOLUTION,
+        MotionOutcome.OBJECT_OFFTABLE,
+    }
 )
 
 
@@ -106,7 +111,7 @@ class Trial:
 
     key: TrialKey
     x_f: State
-    motion: Motion
+    motion: MotionOutcome
     seed: int
     version: str
     time: int

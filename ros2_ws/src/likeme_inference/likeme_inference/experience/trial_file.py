@@ -21,10 +21,10 @@ from enum import IntEnum
 from pathlib import Path
 from typing import TextIO, TypeVar
 
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Action, State
 from likeme_inference.experience.schema import row_of
 from likeme_inference.experience.trial import Pair, Place, Trial, TrialKey
-from likeme_inference.tabletop.domain import Action, State
-from likeme_inference.tabletop.values import Motion
 
 FORMAT = ['likeme_experience', '1']
 PLACES = [f'{when}_{what}' for when in ('before', 'after') for what in Place._fields]
@@ -33,7 +33,7 @@ HEADER = [
     'version', 'time', *PLACES,
 ]  # fmt: skip
 ENUMS: dict[str, type[IntEnum]] = {
-    'x_i': State, 'action': Action, 'x_f': State, 'motion': Motion
+    'x_i': State, 'action': Action, 'x_f': State, 'motion': MotionOutcome
 }  # fmt: skip
 
 Name = TypeVar('Name', bound=IntEnum)
@@ -130,7 +130,7 @@ def _trial(number: int, fields: list[str]) -> Trial:
         pair = Pair(row['object'], _named(State, row['x_i']), _named(Action, row['action']))
         key = TrialKey(row['robot'], row['campaign'], pair, int(row['repetition']))
         return Trial(
-            key, _named(State, row['x_f']), _named(Motion, row['motion']), int(row['seed']),
+            key, _named(State, row['x_f']), _named(MotionOutcome, row['motion']), int(row['seed']),
             row['version'], int(row['time']), _place(row, 'before'), _place(row, 'after'),
         )  # fmt: skip
     except ValueError as error:

@@ -20,6 +20,7 @@
     pear.goal_posterior(State.LEFT, State.RIGHT)   # array([0.02343878, 0.9684478 , 0.00811342])
 """
 
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, choose
 from likeme_inference.tabletop.dirichlet import (
     CONCENTRATION,
@@ -28,7 +29,7 @@ from likeme_inference.tabletop.dirichlet import (
     leave_one_out,
     sample_transitions,
 )
-from likeme_inference.tabletop.domain import TABLETOP, Action, Manner, Mode, Policy, State
+from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.exploration import help_rate, information_gain
 from likeme_inference.tabletop.goal_inference import (
     direct_policy,

@@ -6,8 +6,8 @@ import math
 from enum import IntEnum
 from typing import NamedTuple
 
+from likeme_core.tabletop import Mode
 from likeme_inference.tabletop.checks import number
-from likeme_inference.tabletop.domain import Mode
 from likeme_inference.tabletop.goal_inference import TIE, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 

@@ -7,19 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import choose
-from likeme_inference.tabletop.domain import Action, Mode, Policy, State
+from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.values import (
-    Decision,
-    Demonstration,
-    GoalBelief,
-    HelpRequest,
-    TableView,
-)
+from likeme_inference.tabletop.values import Decision, GoalBelief, HelpRequest
 
 
 @dataclass(frozen=True)
@@ -106,7 +102,7 @@ def decide(
     model: RobotModel,
     settings: Settings,
     demo: Demonstration,
-    view: TableView,
+    view: TableSnapshot,
     number: int,
     actions_spent: int = 0,
 ) -> Decision:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from likeme_core.observations import Demonstration
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks
-from likeme_inference.tabletop.domain import Action, Manner, Mode, State
-from likeme_inference.tabletop.values import Actor, Decision, Demonstration, Motion, Result
+from likeme_inference.tabletop.values import Decision, Result
 
 
 def belief(demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
@@ -73,7 +75,11 @@ def question(name: str, x_i: State, goal: State, action: Action, predicted: floa
 
 
 def outcome(
-    decision: Decision, result: Result, actor: Actor, x_f: State | None, motion: Motion | None
+    decision: Decision,
+    result: Result,
+    actor: Actor,
+    x_f: State | None,
+    motion: MotionOutcome | None,
 ) -> str:
     """Say how it ended, as the camera saw it."""
     name, goal = decision.object, decision.goal.name
@@ -85,7 +91,7 @@ def outcome(
     how = f' (the motion ended {motion.name})' if motion else ''
     if result is Result.REACHED:
         return f'The {name} is {goal} now: reached by {who}{how}.'
-    if motion is Motion.HELD:
+    if motion is MotionOutcome.HELD:
         return f'The {name} is {x_f.name}, not {goal}: {who} was stopped on its way.'
     return f'The {name} is {x_f.name}, not {goal}: missed by {who}{how}.'
 

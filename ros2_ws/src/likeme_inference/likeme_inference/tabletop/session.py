@@ -23,23 +23,21 @@ from __future__ import annotations
 import math
 from enum import Enum, auto
 
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Mode, State
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Mode, State
 from likeme_inference.tabletop.imitation import Settings, believe, decide
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.values import (
-    Actor,
     Decision,
-    Demonstration,
     GoalBelief,
-    Motion,
     MotionReport,
     Outcome,
     Remark,
     Reply,
     Result,
-    TableView,
 )
 
 SECOND = 1_000_000_000
@@ -76,10 +74,10 @@ class ImitationSession:
         self._told_at_goal = False
         self._put_back = False
         self._off_goal_since: int | None = None
-        self._latest: TableView | None = None
+        self._latest: TableSnapshot | None = None
         self._last_view = 0
         self._actor = Actor.NOBODY
-        self._motion: Motion | None = None
+        self._motion: MotionOutcome | None = None
         self._motion_end = 0
         self._closed: tuple[str, int] | None = None
         self._decisions = 0
@@ -122,7 +120,7 @@ class ImitationSession:
         self._spent = 0
         return belief
 
-    def look(self, view: TableView) -> Decision | Outcome | Remark | None:
+    def look(self, view: TableSnapshot) -> Decision | Outcome | Remark | None:
         """Take in what the camera saw; views older than the last are dropped."""
         if view.stamp < self._last_view:
             return self._time_jumped(view) if self._last_view - view.stamp > TIME_JUMP else None
@@ -191,7 +189,7 @@ class ImitationSession:
             'way. Please show it again afterwards.'
         )
 
-    def _take_turn(self, view: TableView) -> Decision | Remark | None:
+    def _take_turn(self, view: TableSnapshot) -> Decision | Remark | None:
         demo, settings = self._demonstrated, self.settings
         if view.stamp - self._turn_from > settings.turn_timeout * SECOND:
             self.phase = Phase.IDLE
@@ -224,7 +222,7 @@ class ImitationSession:
         self._spent += decision.kind is Kind.EXECUTE
         return decision
 
-    def _confirm(self, view: TableView) -> Outcome | None:
+    def _confirm(self, view: TableSnapshot) -> Outcome | None:
         decision = self._under_way(Phase.CONFIRMING)
         if view.stamp <= self._motion_end:
             return None
@@ -240,10 +238,11 @@ class ImitationSession:
 
     def _goes_on(self, decision: Decision) -> bool:
         """Whether a miss is followed by another decision: no person has stepped in."""
-        alone = decision.kind is Kind.EXECUTE and self._motion is not Motion.HELD
+        stopped = self._motion in (MotionOutcome.HELD, MotionOutcome.FAILED)
+        alone = decision.kind is Kind.EXECUTE and not stopped
         return decision.mode is Mode.SEQUENTIAL and alone
 
-    def _time_jumped(self, view: TableView) -> Outcome | Remark | None:
+    def _time_jumped(self, view: TableSnapshot) -> Outcome | Remark | None:
         self._latest, self._last_view, self._closed = view, view.stamp, None
         if self.phase is Phase.CONFIRMING:
             return self.nothing_seen()
@@ -255,9 +254,9 @@ class ImitationSession:
     def _close(
         self,
         result: Result,
-        view: TableView | None = None,
+        view: TableSnapshot | None = None,
         x_f: State | None = None,
-        motion: Motion | None = None,
+        motion: MotionOutcome | None = None,
         sentence: str = '',
     ) -> Outcome:
         """End the decision under way."""

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
+from likeme_core.tabletop import Action
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import aimed_prior
-from likeme_inference.tabletop.domain import Action
 
 #: Factors by which the search moves one number at a time.
 STEPS = (2.0, 1.3)

@@ -6,12 +6,13 @@ are tuples indexed by State or Action.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import Action, Mode, State
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.domain import Action, Manner, Mode, Policy, State
+from likeme_inference.tabletop.domain import Policy
 
 
 class Result(IntEnum):
@@ -24,79 +25,12 @@ class Result(IntEnum):
     SKIPPED = 4
 
 
-class Actor(IntEnum):
-    """Who acted; the numbers of likeme_msgs/Outcome."""
-
-    ROBOT = 0
-    HUMAN = 1
-    NOBODY = 2
-
-
-class Motion(IntEnum):
-    """How the arm says a motion ended; the numbers of likeme_msgs/ExecuteAction."""
-
-    COMPLETED = 0
-    NOT_GRASPED = 1
-    NO_IK_SOLUTION = 2
-    HELD = 3
-    OBJECT_NOT_SEEN = 4
-    OBJECT_OFFTABLE = 5
-    UNKNOWN_OBJECT = 6
-    UNKNOWN_ACTION = 7
-    BUSY = 8
-    EXPIRED = 9
-
-    @property
-    def moved(self) -> bool:
-        """Whether the arm moved at all, so that the camera has something to witness."""
-        return self <= Motion.HELD
-
-
 class Reply(IntEnum):
     """An operator's answer; the numbers of likeme_msgs/AskHuman."""
 
     DONE_BY_HAND = 0
     TRY_ANYWAY = 1
     SKIP = 2
-
-
-@dataclass(frozen=True)
-class Demonstration:
-    """A human act seen from start to end.
-
-    x_i_probability, x_f_probability: what perception gave every State, each summing to 1; empty:
-    x_i and x_f are certain.
-    """
-
-    stamp: int
-    frame: str
-    object: str
-    x_i: State
-    x_f: State
-    manner: Manner
-    start: int
-    end: int
-    x_i_probability: tuple[float, ...] = ()
-    x_f_probability: tuple[float, ...] = ()
-
-    @property
-    def action(self) -> Action:
-        """The robot action that copies what was seen."""
-        return Action.of(self.manner, self.x_f)
-
-    def undoes(self, other: Demonstration) -> bool:
-        """Whether this act takes the same object back."""
-        return (self.object, self.x_i, self.x_f) == (other.object, other.x_f, other.x_i)
-
-
-@dataclass(frozen=True)
-class TableView:
-    """What is where, as the camera saw it in one frame; objects not seen are not in `states`."""
-
-    stamp: int
-    frame: str
-    settled: bool
-    states: Mapping[str, State]
 
 
 @dataclass(frozen=True)
@@ -163,7 +97,7 @@ class HelpRequest:
 class MotionReport:
     """What became of a call to the arm; outcome None when it was absent, died or was silent."""
 
-    outcome: Motion | None
+    outcome: MotionOutcome | None
     message: str
     finished: int = 0
 
@@ -183,7 +117,7 @@ class Outcome:
     actor: Actor
     action: Action | None
     predicted_success: float
-    motion: Motion | None
+    motion: MotionOutcome | None
     sentence: str
 
 

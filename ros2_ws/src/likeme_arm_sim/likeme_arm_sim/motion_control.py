@@ -1,0 +1,87 @@
+"""What drives and stops a motion: each of its control steps lets time pass, unless it is held."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+
+from likeme_arm.motion import Ending
+from likeme_arm_sim.world import World
+from likeme_core.outcomes import MotionOutcome
+
+OnTick = Callable[[], None]
+
+
+class StoppedError(Exception):
+    """The motion in progress was stopped before this control step."""
+
+
+class Steering:
+    """One motion at a time. Not thread-safe, but for `hold` and `resume`."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._held = threading.Event()
+        self._on_tick: OnTick | None = None
+        self._deadline = np.inf
+
+    @property
+    def held(self) -> bool:
+        """Whether all motion is held."""
+        return self._held.is_set()
+
+    def hold(self) -> None:
+        """Stop all motion before the next control step; may be called from any thread."""
+        self._held.set()
+
+    def resume(self) -> None:
+        """Allow motion again; may be called from any thread."""
+        self._held.clear()
+
+    def tick(self) -> None:
+        """Let one control step pass: what arm and hand call in every motion.
+
+        Raises:
+            StoppedError: motion is held, or its time is used up.
+        """
+        if self.held or self._world.time >= self._deadline:
+            raise StoppedError
+        self._world.step()
+        if self._on_tick is not None:
+            self._on_tick()
+
+    def run(
+        self,
+        motion: Callable[[], Ending],
+        halt: Callable[[], None],
+        on_tick: OnTick | None = None,
+        budget: float = np.inf,
+    ) -> Ending:
+        """Carry out a motion; however it is broken off, `halt` is called.
+
+        Args:
+            motion: calls `tick` at each of its control steps.
+            halt: makes everything that moves stand still.
+            on_tick: called after every physics step.
+            budget: simulated s after which the motion is stopped.
+        """
+        self._on_tick, self._deadline = on_tick, self._world.time + budget
+        try:
+            return motion()
+        except StoppedError:
+            halt()
+            outcome = MotionOutcome.HELD if self.held else MotionOutcome.FAILED
+            return Ending(outcome, self._stopped_because())
+        except BaseException:
+            # Nobody steers any more: without this the arm would go on to its last target.
+            halt()
+            raise
+        finally:
+            self._on_tick, self._deadline = None, np.inf
+
+    def _stopped_because(self) -> str:
+        if self.held:
+            return 'The motion was held before it was complete.'
+        return 'The motion was stopped: its time budget was used up before it was complete.'

@@ -1,0 +1,155 @@
+"""Looking at and changing the parameters of running nodes, in the words of `ros2 param`.
+
+Exit codes: 0 done, 1 refused, 2 wrong usage, 3 the node is not there, 130 Ctrl-C.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import rclpy
+import typer
+import yaml
+from rcl_interfaces.msg import ParameterDescriptor, ParameterType
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+
+from likeme_bringup.ros.cell_commands import Network, application, end
+from likeme_bringup.ros.service_client import PATIENCE, Verdict, caller, domain_of
+from likeme_core.cli import Domain
+
+NodeName = Annotated[str, typer.Argument(metavar='NODE', help='e.g. inference_node.')]
+Name = Annotated[str, typer.Argument(metavar='NAME', help='Of the parameter.')]
+
+
+def list_command(node_name: NodeName, network: Network = False, domain: Domain = 0) -> None:
+    """Every parameter of a node, with its value and what it means."""
+    with asked(node_name, network, domain) as parameters:
+        names = sorted(parameters.names())
+        lines = [
+            f'{about.name}: {flow(value)}   # {about.description.rstrip(".")}{span(about)}'
+            for about, value in zip(
+                parameters.described(names), parameters.values(names), strict=True
+            )
+            if about.description
+        ]
+    end(Verdict(0, '\n'.join(lines)))
+
+
+def get_command(
+    node_name: NodeName, name: Name, network: Network = False, domain: Domain = 0
+) -> None:
+    """The value of one parameter."""
+    with asked(node_name, network, domain) as parameters:
+        parameters.one(name)
+        (value,) = parameters.values([name])
+    end(Verdict(0, flow(value)))
+
+
+def set_command(
+    node_name: NodeName,
+    name: Name,
+    value: Annotated[str, typer.Argument(metavar='VALUE', help='As in YAML.')],
+    network: Network = False,
+    domain: Domain = 0,
+) -> None:
+    """Change one parameter; nodes take it up at once, or with their next decision."""
+    with asked(node_name, network, domain) as parameters:
+        about = parameters.one(name)
+        answer = parameters.set(name, meant(value, about))
+    if not answer.successful:
+        end(Verdict(1, answer.reason or f'{node_name} refused.'))
+    end(Verdict(0, f'{node_name}: {name} is {value} now.'))
+
+
+class Parameters:
+    """The parameters of one running node, over its services."""
+
+    def __init__(self, node: Node, name: str) -> None:
+        self._node, self._name = node, name
+        self._client = AsyncParameterClient(node, name)
+        if not self._client.wait_for_services(PATIENCE):
+            end(Verdict(3, f'There is no node {name} on ROS domain {domain_of(node)}.'))
+
+    def names(self) -> list[str]:
+        """All of them."""
+        return list(self._answer(self._client.list_parameters()).result.names)
+
+    def described(self, names: list[str]) -> list[ParameterDescriptor]:
+        """Type, description and range of each."""
+        return list(self._answer(self._client.describe_parameters(names)).descriptors)
+
+    def values(self, names: list[str]) -> list[Any]:
+        """Value of each."""
+        answer = self._answer(self._client.get_parameters(names))
+        return [parameter_value_to_python(value) for value in answer.values]
+
+    def set(self, name: str, value: Any) -> Any:
+        """Change one; what the node says to it."""
+        return self._answer(self._client.set_parameters([Parameter(name, value=value)])).results[0]
+
+    def one(self, name: str) -> ParameterDescriptor:
+        """What a parameter is; ends with a sentence if there is none of this name."""
+        names = self.names()
+        if name not in names:
+            end(Verdict(2, f'{self._name} has no parameter {name}: {", ".join(sorted(names))}.'))
+        return self.described([name])[0]
+
+    def _answer(self, future: Any) -> Any:
+        rclpy.spin_until_future_complete(self._node, future, timeout_sec=PATIENCE)
+        if not future.done():
+            end(Verdict(3, f'{self._name} gave no answer within {PATIENCE:g} s.'))
+        return future.result()
+
+
+@contextmanager
+def asked(node_name: str, network: bool, domain: int) -> Iterator[Parameters]:
+    """The parameters of a running node."""
+    with caller(network, domain) as node:
+        yield Parameters(node, node_name)
+
+
+def meant(text: str, about: ParameterDescriptor) -> Any:
+    """A value as YAML has it; 1 is a number with a point where one is wanted.
+
+    Raises:
+        typer.BadParameter: it is no YAML.
+    """
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise typer.BadParameter(f'expected a value as in YAML, got {text!r}.') from error
+    if about.type == ParameterType.PARAMETER_STRING:
+        return text
+    if about.type == ParameterType.PARAMETER_DOUBLE and type(value) is int:
+        return float(value)
+    if about.type == ParameterType.PARAMETER_DOUBLE_ARRAY and isinstance(value, list):
+        return [float(each) if type(each) is int else each for each in value]
+    return value
+
+
+def flow(value: Any) -> str:
+    """A parameter value as YAML on one line."""
+    plain = list(value) if not isinstance(value, (str, bool, int, float)) else value
+    text = yaml.safe_dump(plain, default_flow_style=True, width=1000)
+    return text.removesuffix('\n').removesuffix('\n...')
+
+
+def span(about: ParameterDescriptor) -> str:
+    """The permitted range in words, or nothing."""
+    ranges = [*about.floating_point_range, *about.integer_range]
+    return f' ({ranges[0].from_value:.6g} to {ranges[0].to_value:.6g})' if ranges else ''
+
+
+def param() -> None:
+    """Entry point of `param`."""
+    application(('list', list_command), ('get', get_command), ('set', set_command))(
+        prog_name='param'
+    )
+
+
+if __name__ == '__main__':
+    param()

@@ -1,0 +1,49 @@
+"""Fig 7: the learned transition model, without the actions that leave a state as it is."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from likeme_core.tabletop import Action, State
+from likeme_inference.tabletop.dirichlet import credible_interval
+from likeme_inference.tabletop.domain import OUT_OF_REACH
+from likeme_inference.tabletop.robot_model import RobotModel
+
+
+class Bars(NamedTuple):
+    """One group of bars: an action from a state.
+
+    Attributes:
+        probability: p(X_f | x_i, a), shape [x_f].
+        low, high: 95 % credible bounds of each, shape [x_f] (the paper gives none).
+        trials: how many stand behind them.
+    """
+
+    object: str
+    x_i: State
+    action: Action
+    probability: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    trials: int
+
+
+def fig7(model: RobotModel) -> list[Bars]:
+    """Collect the bars the paper shows: "We do not show actions that cause self-transitions"."""
+    shown = []
+    for name, learned in model.objects.items():
+        bounds = credible_interval(learned)
+        for x_i in (state for state in State if state not in OUT_OF_REACH):
+            for a in (action for action in Action if action.target != x_i):
+                shown.append(
+                    Bars(
+                        name,
+                        x_i,
+                        a,
+                        tuple(learned.transition[x_i, a].tolist()),
+                        tuple(bounds.low[x_i, a].tolist()),
+                        tuple(bounds.high[x_i, a].tolist()),
+                        int(learned.counts[x_i, a].sum()),
+                    )
+                )
+    return shown

@@ -1,0 +1,59 @@
+"""Goal-based exploration: how practice shapes a policy, and how it converges (Methods)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from likeme_experiments.evaluation.demonstrations import CHANGES
+from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.policy import explore, explored_policy
+from likeme_inference.tabletop.robot_model import RobotModel
+
+STEPS = (0.01, 0.05, 0.2)
+
+
+class Convergence(NamedTuple):
+    """Distance of a practised policy from its limit.
+
+    Attributes:
+        steps: of `reinforced`, shape [step].
+        distance: total variation between P(A | g, x_i) and the limit, averaged over objects,
+            changes and seeds; shape [step, round].
+        of_mean: the same of the policy averaged over seeds: what is left of it is bias, which
+            vanishes geometrically; shape [step, round].
+    """
+
+    steps: tuple[float, ...]
+    distance: FloatArray
+    of_mean: FloatArray
+
+
+def practice(
+    model: RobotModel, rounds: int = 1000, seeds: int = 20, steps: tuple[float, ...] = STEPS
+) -> Convergence:
+    """Practise every goal from every state; one action of each pair a round."""
+    distance, of_mean = [], []
+    x_i, g = (list(axis) for axis in zip(*CHANGES, strict=True))
+    for step in steps:
+        gaps, mean_gaps = [], []
+        for learned in model.objects.values():
+            world = learned.transition
+            limit = explored_policy(world)[x_i, g]
+            runs = np.array(
+                [
+                    explore(world, world, step, rounds, np.random.default_rng(seed))[:, x_i, g]
+                    for seed in range(seeds)
+                ]
+            )
+            gaps.append(_gap(runs, limit).mean(axis=(0, 2)))
+            mean_gaps.append(_gap(runs.mean(axis=0), limit).mean(axis=-1))
+        distance.append(np.mean(gaps, axis=0))
+        of_mean.append(np.mean(mean_gaps, axis=0))
+    return Convergence(steps, np.array(distance), np.array(of_mean))
+
+
+def _gap(policy: FloatArray, limit: FloatArray) -> FloatArray:
+    """Total variation distance along the last axis."""
+    return np.asarray(np.abs(policy - limit).sum(axis=-1) / 2)

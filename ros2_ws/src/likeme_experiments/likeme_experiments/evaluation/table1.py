@@ -1,0 +1,78 @@
+"""Table 1: hypothetical success of three ways to imitate, averaged over four changes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_experiments.evaluation.demonstrations import CHANGES
+from likeme_inference.tabletop.action_selection import Kind, choose
+from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.goal_inference import map_goal
+from likeme_inference.tabletop.robot_model import RobotModel
+
+MODES = (Mode.TRAJECTORY, Mode.GOAL_BASED, Mode.INTERACTIVE)
+#: As printed in the paper: (manner of the demonstration, object) -> one number a mode.
+PAPER: dict[tuple[Manner, str], tuple[float, float, float]] = {
+    (Manner.PLACE, 'pear'): (0.2250, 0.6750, 0.8250),
+    (Manner.PLACE, 'lemon'): (0.5250, 0.6750, 0.6750),
+    (Manner.PLACE, 'chicken'): (0.6500, 0.8000, 0.8000),
+    (Manner.PUSH, 'pear'): (0.6750, 0.6750, 0.7250),
+    (Manner.PUSH, 'lemon'): (0.5750, 0.6750, 0.6750),
+    (Manner.PUSH, 'chicken'): (0.7250, 0.8000, 0.8000),
+}
+#: The one cell that the paper's own rule and data contradict: what a robot does and predicts in
+#: interactive mode does not depend on how the human acted, so it must equal the place row, 0.8250.
+MISPRINT = (Manner.PUSH, 'pear', Mode.INTERACTIVE)
+
+
+class Table1(NamedTuple):
+    """What the table holds.
+
+    Attributes:
+        objects: names along the second axis.
+        success: shape [manner, object, mode], modes as in MODES.
+    """
+
+    objects: tuple[str, ...]
+    success: FloatArray
+
+
+def table1(model: RobotModel, threshold: float = 0.5) -> Table1:
+    """Compute the table by the transition probabilities, as the paper does.
+
+    A human who is asked always succeeds. The goal is taken as inferred.
+    """
+    objects = tuple(model.objects)
+    success = np.array(
+        [
+            [[_mean_success(model, o, m, mode, threshold) for mode in MODES] for o in objects]
+            for m in Manner
+        ]
+    )
+    return Table1(objects, success)
+
+
+def _mean_success(
+    model: RobotModel, name: str, manner: Manner, mode: Mode, threshold: float
+) -> float:
+    return float(np.mean([_success(model, name, *c, manner, mode, threshold) for c in CHANGES]))
+
+
+def _success(
+    model: RobotModel,
+    name: str,
+    x_i: State,
+    x_f: State,
+    manner: Manner,
+    mode: Mode,
+    threshold: float,
+) -> float:
+    known = model.goal_model(name)
+    goal = map_goal(known.goal_posterior(x_i, x_f), x_f)
+    made = choose(known, x_i, goal, Action.of(manner, x_f), mode, threshold)
+    if made.kind is Kind.ASK_HUMAN:
+        return float(goal == x_f)
+    return made.predicted[x_f] if made.predicted else 0.0

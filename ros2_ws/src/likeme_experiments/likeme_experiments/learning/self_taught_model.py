@@ -1,0 +1,81 @@
+"""The model of a robot that taught itself: learned offline once, and kept with its experience."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
+
+from rich.console import Console
+
+from likeme_arm_sim.scene import OBJECTS
+from likeme_experiments.learning.campaigns import PolicyName, campaign_of
+from likeme_experiments.learning.offline import learn_locally
+from likeme_experiments.learning.progress_display import Telling
+from likeme_experiments.learning.store_commands import open_store
+from likeme_experiments.learning.trial_cell import TrialFailedError, simulated_robot
+from likeme_inference.experience.campaign import Campaign, Progress
+from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.model_view import model_of_rows, rows_of
+from likeme_inference.experience.store import ExperienceStore, Tally
+from likeme_inference.tabletop.robot_model import RobotModel
+
+#: As `learn.sh --offline` does by default.
+SEED, REPETITIONS = 1, 10
+
+
+def self_taught(
+    workers: int | None = None,
+    seed: int = SEED,
+    repetitions: int = REPETITIONS,
+    objects: tuple[str, ...] = OBJECTS,
+    place: str | None = None,
+) -> RobotModel:
+    """The model of a systematic campaign's trials; those that are missing are made first.
+
+    Args:
+        workers: processes; all cores by default.
+        seed: of the campaign, see learn.sh.
+        repetitions: trials of each pair.
+        objects: that are tried.
+        place: of the experience store; the project's by default.
+
+    Raises:
+        ValueError: a trial cannot be made, or the store cannot be used.
+        ChildProcessError: processes that make trials die again and again.
+    """
+    policy = PolicyName.SYSTEMATIC
+    campaign = campaign_of('offline', simulated_robot(), seed, objects, policy, repetitions, None)
+    try:
+        with closing(open_store(place)) as store:
+            _learn(Progress(campaign, store), store, workers or len(os.sched_getaffinity(0)))
+            return model_of_rows('self_taught', rows_of(_tallies(campaign, store)))
+    except (StoreError, TrialFailedError) as error:
+        raise ValueError(str(error)) from error
+    except BrokenProcessPool:
+        raise ChildProcessError('Processes that make trials die again and again.') from None
+
+
+def _learn(progress: Progress, store: ExperienceStore, workers: int) -> None:
+    if progress.done == progress.total:
+        return
+    telling = Telling(progress, Console(stderr=True))
+    telling.say(f'The robot learns: {progress.total} trials in cells of its own.')
+    with telling.shown():
+        learn_locally(progress, store, workers, telling.trial)
+
+
+def _tallies(campaign: Campaign, store: ExperienceStore) -> list[Tally]:
+    """How the campaign's own trials ended; others may have its name, by another policy."""
+    planned = {key.identity for key in campaign.plan()}
+    ends = Counter(
+        (trial.key.pair, trial.x_f)
+        for trial in store.trials(campaign.robot, campaign.name)
+        if trial.key.identity in planned
+    )
+    order = campaign.objects.index
+    return [
+        Tally(campaign.robot, campaign.name, pair, x_f, ends[pair, x_f])
+        for pair, x_f in sorted(ends, key=lambda end: (order(end[0].object), end))
+    ]

@@ -1,0 +1,60 @@
+"""What is in an experience store, for people and for programs."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Any
+
+from rich.table import Table
+
+from likeme_core.tabletop import Action, State
+from likeme_inference.experience.store import Tally
+from likeme_inference.experience.trial import Pair
+
+
+def ends(tallies: Sequence[Tally]) -> dict[Pair, tuple[int, ...]]:
+    """How often each pair ended LEFT, RIGHT, OFFTABLE, of all robots and campaigns together."""
+    counts: dict[Pair, list[int]] = defaultdict(lambda: [0] * len(State))
+    for tally in tallies:
+        counts[tally.pair][tally.x_f] += tally.trials
+    return {pair: tuple(found) for pair, found in sorted(counts.items())}
+
+
+def document(place: str, tallies: Sequence[Tally]) -> dict[str, Any]:
+    """A JSON document: totals, sources, and the counts of every pair."""
+    sources: dict[tuple[str, str], int] = defaultdict(int)
+    for tally in tallies:
+        sources[tally.robot, tally.campaign] += tally.trials
+    return {
+        'store': place,
+        'trials': sum(tally.trials for tally in tallies),
+        'sources': [
+            {'robot': robot, 'campaign': campaign, 'trials': trials}
+            for (robot, campaign), trials in sorted(sources.items())
+        ],
+        'counts': [
+            {'object': p.object, 'x_i': p.x_i.name, 'action': p.action.name}
+            | {state.name: found[state] for state in State}
+            for p, found in ends(tallies).items()
+        ],
+    }
+
+
+def table(place: str, tallies: Sequence[Tally]) -> Table:
+    """One row for each object and x_i: LEFT/RIGHT/OFFTABLE of every action."""
+    about = document(place, tallies)
+    sources = '; '.join(
+        f'{s["trials"]} by {s["robot"]} in {s["campaign"]}' for s in about['sources']
+    )
+    shown = Table(
+        title=f'{about["trials"]} trials in {place}',
+        caption=f'{sources or "No trial yet."} Each cell: x_f LEFT/RIGHT/OFFTABLE.',
+    )
+    for heading in ('object', 'x_i', *(action.name for action in Action)):
+        shown.add_column(heading)
+    found = ends(tallies)
+    for name, x_i in sorted({(pair.object, pair.x_i) for pair in found}):
+        rows = [found.get(Pair(name, x_i, action)) for action in Action]
+        shown.add_row(name, x_i.name, *('/'.join(map(str, row)) if row else '' for row in rows))
+    return shown

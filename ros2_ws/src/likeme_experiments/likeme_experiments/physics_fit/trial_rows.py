@@ -1,0 +1,61 @@
+"""The rows of the table that is fitted, and which of them the search may see."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from likeme_arm_sim.scene import OBJECTS
+from likeme_core.tabletop import Action, Manner, State
+from likeme_inference.tabletop.model_file import shipped
+
+# Chosen before the first fit. A row is idle when its object is already where the action aims. Of
+# the four busy rows of each object and manner one, drawn by this seed, is held out; so are the
+# idle ones.
+SPLIT_SEED = 2015
+
+
+class Row(NamedTuple):
+    """One object, x_i and action, with the real robot's counts of LEFT, RIGHT, OFFTABLE."""
+
+    name: str
+    x_i: State
+    action: Action
+    real: tuple[int, int, int]
+
+    @property
+    def idle(self) -> bool:
+        """Whether the object is where the action aims already."""
+        return self.action.target is self.x_i
+
+    def __str__(self) -> str:
+        return f'{self.name} {self.x_i.name} {self.action.name}'
+
+
+def rows() -> list[Row]:
+    """The 36 rows whose x_i is LEFT or RIGHT."""
+    table = shipped()
+    found = []
+    for name in OBJECTS:
+        counts = table.model_of(name).counts
+        for x_i in (State.LEFT, State.RIGHT):
+            for action in Action:
+                left, right, off = map(int, counts[x_i, action])
+                found.append(Row(name, x_i, action, (left, right, off)))
+    return found
+
+
+def split(table: list[Row]) -> tuple[list[Row], list[Row]]:
+    """The 18 rows that the search sees, and the 18 that are held out."""
+    rng = np.random.default_rng(SPLIT_SEED)
+    held = {row for row in table if row.idle}
+    for name in OBJECTS:
+        for manner in Manner:
+            busy = [
+                row
+                for row in table
+                if row.name == name and row.action.manner is manner and not row.idle
+            ]
+            held.add(busy[int(rng.integers(len(busy)))])
+    return [row for row in table if row not in held], [row for row in table if row in held]

@@ -1,0 +1,126 @@
+"""The command behind scripts/reproduce.sh: the paper's tables and figures, computed anew."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from likeme_experiments.reproductions.registry import REPRODUCTIONS
+from likeme_experiments.reproductions.report import Options, Report, save_figure
+
+INTERRUPTED = 130
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+@app.command()
+def reproduce(
+    name: Annotated[
+        str,
+        typer.Argument(
+            help='What to compute, or all that takes a few minutes at most. See --list.'
+        ),
+    ] = '',
+    as_json: Annotated[
+        bool, typer.Option('--json', help='One JSON document on stdout and nothing else.')
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option('--out', help='Folder for NAME.png and NAME.svg.')
+    ] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help='Independent repetitions.')] = None,
+    model: Annotated[
+        str | None, typer.Option(help='shipped, learned, a model file, or an experience store.')
+    ] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help='Processes.')] = None,
+    listing: Annotated[bool, typer.Option('--list', help='List the names and stop.')] = False,
+) -> None:
+    """Compute one table or figure of the paper anew and print it beside the paper's values."""
+    if listing:
+        for known, reproduction in REPRODUCTIONS.items():
+            print(f'{known:18} {reproduction.about}')
+        return
+    quick = [known for known, reproduction in REPRODUCTIONS.items() if reproduction.in_all]
+    names = quick if name == 'all' else [name]
+    options = Options(seeds, model, workers)
+    _check(name, options)
+    if out is not None:
+        _make_folder(out)
+    reports = {each: _report(each, options) for each in names}
+    if as_json:
+        documents = {each: report.document for each, report in reports.items()}
+        print(
+            json.dumps(documents if name == 'all' else documents[name], indent=2, allow_nan=False)
+        )
+    for each, report in reports.items():
+        if not as_json:
+            print(report.text, end='\n\n')
+        if out is not None:
+            _draw(report, out, each)
+
+
+def _check(name: str, options: Options) -> None:
+    """Refuse a name that is not known and options that would change nothing."""
+    if name == 'all':
+        return
+    if name not in REPRODUCTIONS:
+        known = ', '.join([*REPRODUCTIONS, 'all'])
+        _refuse(f'Expected one of {known}, got {name!r}.')
+    unused = [o for o in options.given() if o not in REPRODUCTIONS[name].takes]
+    if unused:
+        _refuse(f'{name} takes no --{unused[0]}.')
+
+
+def _report(name: str, options: Options) -> Report:
+    """Run one reproduction with those options it takes."""
+    reproduction = REPRODUCTIONS[name]
+    taken = {o: getattr(options, o) for o in options.given() if o in reproduction.takes}
+    try:
+        return reproduction.report(Options(**taken))
+    except (ValueError, OSError) as error:
+        print(f'reproduce: {name}: {error}', file=sys.stderr)
+        raise typer.Exit(1) from error
+    except KeyboardInterrupt:
+        print(f'reproduce: {name}: stopped.', file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _make_folder(folder: Path) -> None:
+    """Find out before the work whether its figures can be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        _fail(f'Expected a folder to draw into, got {folder}: {error.strerror}.')
+
+
+def _draw(report: Report, folder: Path, name: str) -> None:
+    try:
+        for path in save_figure(report, folder, name):
+            print(f'Drawn: {path}', file=sys.stderr)
+    except OSError as error:
+        _fail(f'{name} is not drawn into {folder}: {error.strerror}.')
+
+
+def _fail(sentence: str) -> None:
+    print(f'reproduce: {sentence}', file=sys.stderr)
+    raise typer.Exit(1)
+
+
+def _refuse(sentence: str) -> None:
+    print(f'reproduce: {sentence}', file=sys.stderr)
+    raise typer.Exit(2)
+
+
+def run() -> None:
+    """Console entry point."""
+    app(prog_name='reproduce')
+
+
+if __name__ == '__main__':
+    run()

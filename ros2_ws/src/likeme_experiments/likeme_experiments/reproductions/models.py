@@ -1,0 +1,46 @@
+"""Which robot's experience a reproduction is computed from."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+from likeme_experiments.learning.store_commands import is_sqlite
+from likeme_experiments.reproductions.report import Options
+from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.model_view import robot_model
+from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.tabletop import model_file
+from likeme_inference.tabletop.robot_model import RobotModel
+
+LEARNED = 'learned'
+
+
+def model_of(options: Options) -> RobotModel:
+    """The model an option names; `shipped`, the default, is the paper's own robot.
+
+    Raises:
+        ValueError, OSError: it cannot be read, or learned, or knows no object.
+    """
+    if options.model in (None, 'shipped'):
+        return model_file.shipped()
+    if options.model == LEARNED:
+        # Takes a second to import.
+        from likeme_experiments.learning.self_taught_model import self_taught
+
+        return self_taught(options.workers)
+    path = Path(options.model).expanduser()
+    if '://' in options.model or is_sqlite(path):
+        return _experienced(options.model)
+    return model_file.load_tabletop(path)
+
+
+def _experienced(place: str) -> RobotModel:
+    try:
+        with closing(ExperienceStore(place, create=False)) as store:
+            model = robot_model(store)
+    except StoreError as error:
+        raise ValueError(str(error)) from error
+    if not model.objects:
+        raise ValueError(f'expected trials of at least one object, got none in {place}.')
+    return model

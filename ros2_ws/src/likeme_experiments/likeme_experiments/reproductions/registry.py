@@ -1,0 +1,19 @@
+"""Every name `reproduce.sh` knows, in the order `all` runs them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from likeme_experiments.reproductions import executed, exploration, gaze, gaze_blindfold, tabletop
+from likeme_experiments.reproductions.report import Reproduction
+
+REPRODUCTIONS: Mapping[str, Reproduction] = MappingProxyType(
+    {
+        **tabletop.REPRODUCTIONS,
+        **executed.REPRODUCTIONS,
+        **exploration.REPRODUCTIONS,
+        **gaze.FIGURES,
+        **gaze_blindfold.FIGURES,
+    }
+)

@@ -1,0 +1,172 @@
+"""The search for the cell's parameters: its test, its split, its misfit, its trials, its way."""
+
+from __future__ import annotations
+
+from itertools import product
+from math import factorial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from likeme_arm_sim.fitted import FITTED, values
+from likeme_arm_sim.scene import OBJECTS
+from likeme_core.tabletop import Manner
+from likeme_experiments.physics_fit.evaluate import Judged, judge_row, table_text
+from likeme_experiments.physics_fit.misfit import WORST, misfit
+from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
+from likeme_experiments.physics_fit.search import MARGIN, STEPS, best_level, levels, touches
+from likeme_experiments.physics_fit.trial_rows import rows, split
+from likeme_experiments.physics_fit.trials import read, try_levels
+
+# One of each object and manner; what the real robot did in each is in the shipped model file.
+SHIPPED_ROWS = (
+    'pear LEFT PLACE_OFFTABLE',
+    'pear RIGHT PUSH_OFFTABLE',
+    'lemon RIGHT PLACE_OFFTABLE',
+    'chicken RIGHT PLACE_LEFT',
+    'chicken RIGHT PUSH_LEFT',
+)
+
+
+def enumerated(observed: tuple[int, int, int], p: tuple[float, float, float]) -> float:
+    """The exact test again, by plain enumeration."""
+    n, total = sum(observed), 0.0
+
+    def pmf(counts: tuple[int, ...]) -> float:
+        ways = factorial(n)
+        for count in counts:
+            ways //= factorial(count)
+        return ways * float(np.prod([q**c for q, c in zip(p, counts, strict=True)]))
+
+    for left, right in product(range(n + 1), repeat=2):
+        if left + right <= n and pmf((left, right, n - left - right)) <= pmf(observed) * 1.000001:
+            total += pmf((left, right, n - left - right))
+    return total
+
+
+@pytest.mark.parametrize('observed', [(8, 1, 1), (0, 10, 0), (3, 7, 0), (2, 2, 6)])
+@pytest.mark.parametrize('p', [(0.8, 0.1, 0.1), (0.2, 0.5, 0.3), (0.98, 0.01, 0.01)])
+def test_the_exact_test_is_exact(
+    observed: tuple[int, int, int], p: tuple[float, float, float]
+) -> None:
+    assert multinomial_p_value(observed, np.array(p)) == pytest.approx(enumerated(observed, p))
+
+
+def test_impossible_results_fail_and_certain_ones_pass() -> None:
+    assert multinomial_p_value((9, 1, 0), np.array([1.0, 0.0, 0.0])) == 0.0
+    assert multinomial_p_value((10, 0, 0), np.array([1.0, 0.0, 0.0])) == 1.0
+    assert multinomial_p_value((10, 0, 0), smoothed((25, 25, 0))) < 0.05
+
+
+def test_what_is_no_distribution_is_refused() -> None:
+    with pytest.raises(ValueError, match=r'sum to 1, got 0\.900'):
+        multinomial_p_value((1, 2, 3), np.array([0.3, 0.3, 0.3]))
+    with pytest.raises(ValueError, match='Expected 3 counts'):
+        multinomial_p_value((1, 2), np.array([0.5, 0.5]))
+
+
+def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
+    table = rows()
+    assert len(table) == 36
+    assert {sum(row.real) for row in table} == {10}
+    seen, held = split(table)
+    assert len(seen) == len(held) == 18
+    assert set(seen) | set(held) == set(table)
+    assert not any(row.idle for row in seen)
+    for name, manner in product(OBJECTS, Manner):
+        mine = [r for r in seen if r.name == name and r.action.manner is manner]
+        assert len(mine) == 3
+
+
+def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> None:
+    assert misfit((5, 5, 0), (6, 6, 0)) == 0.0
+    assert 0.0 < misfit((5, 5, 0), (9, 3, 0)) < misfit((5, 5, 0), (12, 0, 0)) < WORST
+    assert misfit((0, 10, 0), (1, 1, 0)) < misfit((0, 10, 0), (12, 12, 0))
+    assert misfit((0, 10, 0), (50, 0, 0)) == WORST
+
+
+@pytest.mark.parametrize(
+    ('parameter', 'touched'),
+    [
+        ('pear_mass', {'pear PLACE_LEFT', 'pear PLACE_OFFTABLE'}),
+        ('lemon_rolling', {'lemon PUSH_LEFT', 'lemon PUSH_OFFTABLE', 'lemon PLACE_LEFT'}),
+        ('place_share', {'pear PLACE_LEFT', 'lemon PLACE_LEFT', 'chicken PLACE_LEFT'}),
+        ('reach', {'pear PUSH_OFFTABLE', 'lemon PUSH_OFFTABLE'}),
+        ('push_gap', {'chicken PUSH_LEFT', 'lemon PUSH_OFFTABLE'}),
+        ('arm_noise', {'chicken PUSH_LEFT', 'pear PLACE_OFFTABLE'}),
+    ],
+)
+def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) -> None:
+    said = {f'{r.name} {r.action.name}' for r in rows() if touches(parameter, r)}
+    assert touched <= said
+    if parameter == 'pear_mass':
+        assert all(pair.startswith('pear PLACE') for pair in said)
+    if parameter == 'reach':
+        assert all(pair.endswith('PUSH_OFFTABLE') for pair in said)
+
+
+def test_every_searched_number_is_a_fitted_one_and_touches_rows_that_are_seen() -> None:
+    seen, _ = split(rows())
+    for parameter, _ in STEPS:
+        assert parameter in FITTED
+        assert any(touches(parameter, row) for row in seen)
+
+
+@pytest.mark.parametrize('name', sorted({name for name, _ in STEPS}))
+def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> None:
+    p = FITTED[name]
+    for value in (p.low, p.value, p.high):
+        tried = levels(name, value)
+        assert value in tried
+        assert tried == sorted(set(tried))
+        assert p.low <= tried[0] <= tried[-1] <= p.high
+
+
+def test_only_what_is_better_than_chance_is_followed() -> None:
+    row = next(r for r in rows() if str(r) == 'pear LEFT PUSH_RIGHT')
+    assert row.real == (0, 10, 0)
+    name = str(row)
+    tried: dict[float, dict[str, tuple[int, int, int]]] = {
+        0.1: {name: (0, 8, 0)},
+        0.2: {name: (8, 0, 0)},
+    }
+    level, here, there = best_level(0.2, tried, [row])
+    assert level == 0.1
+    assert here == 0.0
+    assert there > MARGIN
+    alike: dict[float, dict[str, tuple[int, int, int]]] = {
+        0.1: {name: (0, 80, 0)},
+        0.2: {name: (1, 79, 0)},
+    }
+    assert best_level(0.2, alike, [row])[0] == 0.2
+
+
+def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
+    path = tmp_path / 'trials.jsonl'
+    seen = [r for r in rows() if str(r) == 'chicken LEFT PUSH_LEFT']
+    wanted, told = [0.0, 0.04], list[int]()
+    made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
+    lines = read(path)
+    torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
+    path.write_text(torn)
+    again = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    assert again == made
+    assert sorted(read(path)) == sorted(lines)
+    assert told == [0, 1, 2, 1, 2]
+
+
+def test_the_table_says_what_passes() -> None:
+    table = rows()
+    seen, _ = split(table)
+    entries = [Judged(row, (5, 5, 0), 0.5 if row in seen else 0.01) for row in table]
+    text = table_text(entries, seen)
+    assert 'all 18 of 36; fitted 18 of 18; held out 0 of 6; held out, idle 0 of 12' in text
+
+
+@pytest.mark.parametrize('name', SHIPPED_ROWS)
+def test_the_shipped_parameters_give_recorded_rows(name: str) -> None:
+    row = next(row for row in rows() if str(row) == name)
+    entry = judge_row(values(), row, 16)
+    assert entry.passes, entry

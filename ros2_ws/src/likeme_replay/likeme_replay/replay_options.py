@@ -1,0 +1,71 @@
+"""What a user may ask of a replay, checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from likeme_bags.reading import open_bag
+from likeme_replay import recorded_parameters as settings
+
+
+class Options(NamedTuple):
+    """The command line of `replay`; times in s after the first message."""
+
+    bag: Path
+    rate: float | None
+    start: float | None
+    end: float | None
+    loop: bool
+    pause: bool
+    topics: tuple[str, ...]
+    remap: dict[str, str]
+    types: dict[str, str]
+    clock: bool
+    qos: object
+    lockstep: bool
+    offline: bool
+    log: Path | None
+    params: Path | None
+    running: bool
+    domain: int
+
+    def check(self) -> None:
+        """Refuse what cannot go together.
+
+        Raises:
+            ValueError: with what was expected.
+        """
+        if not self.bag.exists():
+            raise ValueError(f'Expected a bag, got {self.bag}, which does not exist.')
+        if self.start is not None and self.end is not None and self.start >= self.end:
+            raise ValueError(
+                f'Expected --start before --end, got {self.start:g} and {self.end:g}.'
+            )
+        alone = {'--loop': self.loop, '--topics': self.topics, '--qos': self.qos}
+        timed = {'--rate': self.rate, '--pause': self.pause, '--clock': self.clock,
+                 '--running': self.running}  # fmt: skip
+        refused = {**alone, **timed} if self.offline else alone if self.lockstep else {}
+        way = '--offline' if self.offline else '--lockstep and --log'
+        for option, value in refused.items():
+            if value:
+                raise ValueError(f'{way} take no {option}.')
+        if self.log is not None and str(self.log) != '-' and not self.log.parent.is_dir():
+            raise ValueError(f'Expected a folder for --log, got {self.log.parent}.')
+        if self.params is not None:
+            settings.from_file(self.params)
+
+    def of_bag(self) -> tuple[settings.Parameters, int | None, int | None]:
+        """The nodes' parameters, and the log times (ns) between which records count.
+
+        Raises:
+            BagError: the bag cannot be opened.
+            ValueError: what it says of parameters makes no sense.
+        """
+        with open_bag(self.bag) as bag:
+            parameters = settings.recorded(bag.custom)
+            begin = None if self.start is None else bag.start + round(self.start * 1e9)
+            end = None if self.end is None else bag.start + round(self.end * 1e9)
+        if self.params is not None:
+            parameters = settings.merged(parameters, settings.from_file(self.params))
+        return parameters, begin, end

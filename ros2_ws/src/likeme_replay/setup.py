@@ -1,0 +1,34 @@
+from setuptools import find_packages, setup
+
+package = 'likeme_replay'
+
+setup(
+    name=package,
+    version='0.1.0',
+    packages=find_packages(exclude=['test']),
+    package_data={'': ['**/*.csv', '**/*.json', '**/*.yaml', 'py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+    ],
+    install_requires=[
+        'setuptools',
+        'numpy',
+        'opencv-python-headless',
+        'pyyaml',
+        'rosbags',
+        'typer',
+    ],
+    zip_safe=False,
+    maintainer='LikeMe maintainers',
+    maintainer_email='maintainers@likeme.invalid',
+    description='Recording and replaying the ROS graph; the decision log.',
+    license='Apache-2.0',
+    extras_require={'test': ['pytest']},
+    entry_points={
+        'console_scripts': [
+            'record = likeme_replay.record:main',
+            'replay = likeme_replay.replay:main',
+        ],
+    },
+)

@@ -1,0 +1,148 @@
+"""Plays a recipe in the simulated cell and writes down what its camera sees, without a network.
+
+Perception and imitation take part as they do in the running cell, because the robot's deeds are
+its own: what the arm and the operator said to the session goes into the recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import camera_messages
+from bag_recipes import Deed, Help, Mishap, Recipe, Robot, Set, Show, Wait
+from likeme_arm.motion import ObjectView
+from likeme_arm_sim.cell import Cell, CellSettings
+from likeme_arm_sim.kinect_noise import KinectNoise
+from likeme_arm_sim.scene import Scene
+from likeme_bags.values import Record
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action, Manner
+from likeme_experiments.learning.observed_cell import object_view
+from likeme_inference.input_sequencer import Cue, Input
+from likeme_inference.tabletop.values import Reply
+from likeme_replay.decision_log import Entry
+from likeme_replay.in_process import Cores
+from likeme_replay.input_scheduler import Prompter
+from likeme_replay.recorded_inputs import HEARD, Frame
+
+#: 2015-11-04, the day the paper was published: the clock of every recording begins then, ns.
+EPOCH = 1_446_595_200_000_000_000
+#: Physics steps between frames: 12 Hz.
+STEPS_PER_FRAME = 20
+#: The published depth noise, in turns of two patterns, and colours without grain: nearly all bytes
+#: of a Kinect's recording are its noise.
+NOISE = KinectNoise(colour=0.0, patterns=2)
+
+
+class SuiteScene:
+    """One recipe being played; `write` gets every record in order.
+
+    Attributes:
+        entries: what was seen, believed and decided.
+    """
+
+    def __init__(self, recipe: Recipe, write: Callable[[Record], None]) -> None:
+        pace = CellSettings(
+            arm_speed=1.5, human_speed=1.3, noise=NOISE, initial_states=recipe.states
+        )
+        self.cell = Cell(Scene(), recipe.seed, pace)
+        self.entries: list[Entry] = []
+        self._recipe, self._write = recipe, write
+        self._cores, self._prompter = Cores(), Prompter(recorded=False)
+        self._inputs = 0
+        self._spoken = any(isinstance(deed, Robot | Help) for deed in recipe.deeds)
+
+    def play(self) -> None:
+        """Do all deeds, one after another."""
+        for deed in self._recipe.deeds:
+            self._do(deed)
+
+    def _do(self, deed: Deed) -> None:
+        if isinstance(deed, Wait):
+            self.cell.step(deed.seconds, self._tick)
+        elif isinstance(deed, Show):
+            self._show(deed)
+        elif isinstance(deed, Set):
+            self.cell.reset([deed.object], [int(deed.state)], self._recipe.seed)
+        elif isinstance(deed, Robot):
+            self._act()
+        else:
+            self._help(deed)
+
+    @property
+    def now(self) -> int:
+        """The recording's clock, ns."""
+        return EPOCH + round(self.cell.time * 1e9)
+
+    def _show(self, deed: Show) -> None:
+        def tick() -> None:
+            if self._breaks_off(deed):
+                self.cell.hold()
+            self._tick()
+
+        self.cell.run_action(Actor.HUMAN, deed.object, deed.action, self._look, tick)
+        if self.cell.held:
+            self.cell.resume()
+            self.cell.tidy_up(self._tick)
+
+    def _breaks_off(self, deed: Show) -> bool:
+        x, y, z = self.cell.world.toy_pose(deed.object).position
+        hand = self.cell.hand.position
+        over = abs(hand[0] - x) < 0.03 and abs(hand[1] - y) < 0.03
+        breaks = {
+            Mishap.NONE: False,
+            Mishap.PASSES: over and hand[2] < 0.12,
+            Mishap.LIFTS: z > 0.07,
+            Mishap.DROPS_SHORT: z > 0.07 and -0.09 < y < 0.0,
+            Mishap.DROPS_ACROSS: z > 0.07 and y > 0.09,
+        }
+        return bool(breaks[deed.mishap])
+
+    def _act(self) -> None:
+        decision = self._cores.mind.session.decision
+        assert decision is not None, 'The robot has no turn.'
+        assert decision.action is not None, 'The robot has no action.'
+        action = int(decision.action)
+        ended = self.cell.run_action(Actor.ROBOT, decision.object, action, self._look, self._tick)
+        finished = self.now if ended.finished is not None else 0
+        said = {'motion_outcome': int(ended.outcome), 'finished': finished}
+        self._hear(Input.MOTION, message=ended.message, **said)
+
+    def _help(self, deed: Help) -> None:
+        decision = self._cores.mind.session.decision
+        assert decision is not None, 'The robot did not ask.'
+        place = Action.of(Manner.PLACE, decision.goal)
+        self._show(Show(decision.object, place))
+        self.cell.step(1.0, self._tick)
+        self._hear(Input.ANSWER, answer=int(Reply.DONE_BY_HAND), message=deed.name)
+
+    def _tick(self) -> None:
+        if self.cell.world.steps % STEPS_PER_FRAME:
+            return
+        images, stamp = self.cell.frame(), self.now
+        records = camera_messages.frame_records(stamp, images.rgb, images.depth_mm, Scene().camera)
+        info, colour, depth = records
+        for record in records:
+            self._write(record)
+        done = self._cores.show(Frame(stamp, info, colour, depth))
+        self.entries += done.demonstrations
+        self._prompter.shown(stamp, done)
+        for cue in self._prompter.due():
+            self._take_in(cue)
+
+    def _hear(self, kind: Input, **said: Any) -> None:
+        said = {'motion_outcome': 255, 'finished': 0, 'answer': 0} | said
+        self._take_in(Cue(kind, self._cores.mind.session.last_view, SimpleNamespace(**said)))
+
+    def _take_in(self, cue: Cue) -> None:
+        self.entries += self._cores.hear(cue)
+        self._inputs += 1
+        if self._spoken:
+            data = camera_messages.heard(cue, self._inputs)
+            self._write(Record(HEARD, 'likeme_msgs/msg/Heard', self.now, data))
+
+    def _look(self, name: str) -> ObjectView | None:
+        table = self._cores.table
+        return object_view(table.object(name)) if table is not None and table.learned else None

@@ -1,0 +1,68 @@
+"""Writes config/cell.yaml from the parameters that the nodes declare.
+
+scripts/run.sh python tools/cell_yaml.py FILE
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import rclpy
+from domain_coordinator import domain_id
+from rclpy.node import Node
+
+from likeme_bringup.parameter_files import COMMON
+from likeme_bringup.ros.param_command import flow, span
+from likeme_bringup.start_cell import MODULES
+
+HEADER = """\
+# Every parameter of every node, with its default and its range. A copy to start from: keep what
+# you change and start with `scripts/start_cell.sh --params FILE` or the launch file's
+# `params:=FILE`. Written by tools/cell_yaml.py; a test keeps it true."""
+# Not a part of the cell, and started by itself.
+GAZE = 'likeme_gaze.gaze_node'
+
+
+def node_class(module: str) -> type[Node]:
+    """The one node class a module defines."""
+    members = vars(importlib.import_module(module)).values()
+    kinds = [
+        m
+        for m in members
+        if isinstance(m, type) and issubclass(m, Node) and m.__module__ == module
+    ]
+    if len(kinds) != 1:
+        raise ValueError(f'Expected one node class in {module}, got {len(kinds)}.')
+    return kinds[0]
+
+
+def section(node: Node) -> Iterator[str]:
+    """The YAML lines of one node."""
+    yield from ('', f'{node.get_name()}:', '  ros__parameters:')
+    for name, parameter in node.get_parameters_by_prefix('').items():
+        if name.partition('.')[0] not in COMMON:
+            about = node.describe_parameter(name)
+            yield f'    # {about.description.rstrip(".")}{span(about)}.'
+            yield f'    {name}: {flow(parameter.value)}'
+
+
+def cell_yaml() -> str:
+    """The whole file, from nodes made for the purpose on a ROS domain of their own."""
+    lines = [HEADER]
+    with domain_id() as domain:
+        rclpy.init(args=['--ros-args', '--log-level', 'fatal'], domain_id=domain)
+        try:
+            for module in (*MODULES.values(), GAZE):
+                node = node_class(module)()
+                lines += section(node)
+                node.destroy_node()
+        finally:
+            rclpy.try_shutdown()
+    return '\n'.join(lines) + '\n'
+
+
+if __name__ == '__main__':
+    Path(sys.argv[1]).write_text(cell_yaml(), encoding='utf-8')
