@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from likeme_bags.bag_warnings import About
+from likeme_bags.bag_warnings import Subject
 from likeme_bags.camera_checks import CAMERA_CHECKS
 from likeme_bags.check_results import CheckResult, fail, ok, warn
 from likeme_bags.errors import BagError
@@ -24,7 +24,7 @@ def examine(path: Path) -> dict[str, CheckResult]:
         opens = f'{bag.count} messages on {len(bag.topics)} topics in {len(bag.files)} file(s).'
         return {
             'opens': ok(opens),
-            **{about.value: _of_notes(bag, about) for about in About},
+            **{about.value: _of_notes(bag, about) for about in Subject},
             **{
                 name: check(bag, statistics)
                 for name, check in (TOPIC_CHECKS | CAMERA_CHECKS).items()
@@ -32,9 +32,9 @@ def examine(path: Path) -> dict[str, CheckResult]:
         }
 
 
-def _of_notes(bag: Bag, about: About) -> CheckResult:
+def _of_notes(bag: Bag, about: Subject) -> CheckResult:
     """What was noted about one matter while the bag was read."""
-    notes = [note for note in bag.notes if note.about == about]
+    notes = [note for note in bag.all_warnings if note.subject == about]
     if not notes:
         return ok(_NOTHING[about])
     first = next((note for note in notes if note.loss), notes[0])
@@ -43,10 +43,10 @@ def _of_notes(bag: Bag, about: About) -> CheckResult:
 
 
 _NOTHING = {
-    About.FILES: 'Every file is there and can be read.',
-    About.METADATA: 'metadata.yaml says what the files say, or the bag needs none.',
-    About.INDEX: 'Files were closed by their writer, and their index agrees with them.',
-    About.CHUNKS: 'Every chunk or page is whole, and every message is where it should be.',
-    About.TOPICS: 'Every topic has a name, a type and a serialisation that can be used.',
-    About.QOS: 'QoS profiles can be read, and metadata.yaml and files agree on them.',
+    Subject.FILES: 'Every file is there and can be read.',
+    Subject.METADATA: 'metadata.yaml says what the files say, or the bag needs none.',
+    Subject.INDEX: 'Files were closed by their writer, and their index agrees with them.',
+    Subject.CHUNKS: 'Every chunk or page is whole, and every message is where it should be.',
+    Subject.TOPICS: 'Every topic has a name, a type and a serialisation that can be used.',
+    Subject.QOS: 'QoS profiles can be read, and metadata.yaml and files agree on them.',
 }

@@ -38,6 +38,7 @@ def bag_summary(bag: Bag) -> dict[str, Any]:
         'complete': bag.complete,
         'topics': topics,
         'custom': dict(bag.custom),
+        'attachments': [str(each) for each in bag.attachments],
         'warnings': list(bag.warnings),
     }
 
@@ -67,6 +68,7 @@ def summary_text(summary: dict[str, Any]) -> str:
             f'{topic["type"]}  {qos}'
         )
     lines += ['  ' + one_line(f'{key} = {value}') for key, value in summary['custom'].items()]
+    lines += ['  ' + one_line(each) for each in summary['attachments']]
     return '\n'.join(lines)
 
 

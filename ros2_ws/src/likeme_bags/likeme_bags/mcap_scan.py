@@ -1,117 +1,176 @@
-"""The layout of an MCAP file: its records from front to back, whatever its index claims."""
+"""All records of an MCAP file from front to back, whatever its index claims; no chunk is read."""
 
 from __future__ import annotations
 
-from array import array
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from zlib import crc32
 
-from likeme_bags.bag_warnings import About, Notes
-from likeme_bags.byte_reader import Cursor
+from likeme_bags.bag_warnings import BagWarnings, Subject
+from likeme_bags.byte_reader import ByteReader
 from likeme_bags.errors import DamagedError
-from likeme_bags.files import FileBytes
-from likeme_bags.index import MAX_STAMP
-from likeme_bags.limits import MAX_CHUNKS
-from likeme_bags.mcap_format import (
-    MAGIC,
-    MESSAGE,
-    PREFIX,
-    ChannelRecord,
-    ChunkHeader,
-    Op,
-    Schema,
-    channel_of,
-    schema_of,
-)
-from likeme_bags.mcap_summary import (
-    head_of_chunk,
-    listed_chunks,
-    next_chunk,
-    record_prefix,
-    summary_holds,
-)
+from likeme_bags.file_bytes import FileBytes
+from likeme_bags.limits import MAX_CHUNKS, MAX_TEXT
+from likeme_bags.mcap_format import MAGIC, MESSAGE, PREFIX, ChunkHead, Op, chunk_head
+
+# The longest head of a chunk: five numbers and the name of a compression.
+_CHUNK_HEAD = 80
+# Where a compressed chunk names its compression: what a search for the next chunk looks for.
+_METHOD = re.compile(rb'\x04\0\0\0zstd|\x03\0\0\0lz4')
+# Bytes of a chunk record before that name.
+_BEFORE_METHOD = PREFIX.size + 28
+# Messages outside chunks are taken together up to this many bytes.
+_RUN = 4 * 2**20
+# Bytes of a footer and the magic after it.
+_FOOTER = PREFIX.size + 20 + len(MAGIC)
 
 
 @dataclass
-class ChunkPlace:
-    """A chunk, and what the message index records behind it say of its messages."""
+class Scan:
+    """What a file holds."""
 
-    header: ChunkHeader
-    # (log time, channel, offset) one after another.
-    listed: array[int] = field(default_factory=lambda: array('Q'))
-
-    @property
-    def agrees(self) -> bool:
-        """Whether the index and the chunk's own times say the same, and all of it can be."""
-        stamps, offsets = self.listed[::3], self.listed[2::3]
-        if not stamps or max(stamps) > MAX_STAMP or max(offsets) >= self.header.size:
-            return False
-        # An offset that is listed twice would give its message twice.
-        if len(set(offsets)) < len(offsets):
-            return False
-        return (min(stamps), max(stamps)) == self.header[:2]
-
-
-@dataclass
-class Layout:
-    """What a walk over the file found."""
-
-    schemas: dict[int, Schema] = field(default_factory=dict)
-    channels: dict[int, ChannelRecord] = field(default_factory=dict)
-    chunks: list[ChunkPlace] = field(default_factory=list)
-    # Times, size, checksum and method of the chunks: none comes twice.
-    marks: set[tuple[int | str, ...]] = field(default_factory=set)
-    # File offsets of messages outside chunks.
-    loose: array[int] = field(default_factory=lambda: array('Q'))
-    # The head of a last chunk that is not all there.
-    cut: ChunkHeader | None = None
-    # File offsets of chunks by the index at the end, and the number of messages it gives.
-    chunk_offsets: list[int] = field(default_factory=list)
+    chunks: list[ChunkHead] = field(default_factory=list)
+    # Messages outside chunks: each run of them as an uncompressed chunk without a checksum.
+    runs: list[ChunkHead] = field(default_factory=list)
+    # A last chunk that is not all there.
+    cut: ChunkHead | None = None
+    # (op code, body) of schemas and channels outside chunks.
+    definitions: list[tuple[int, bytes]] = field(default_factory=list)
+    # (op code, file offset, length) of attachments and metadata records.
+    attachments: list[tuple[int, int, int]] = field(default_factory=list)
+    # Messages by the statistics in the file.
     message_count: int | None = None
-    # A checksum over the summary at the end is there and holds.
-    summary_checked: bool = False
-    # The file was finished by its writer: footer and magic are there.
+    # Footer and magic are there.
     closed: bool = False
+    # Every record was as it should be.
+    whole: bool = True
+    # Whether the checksum of the summary at the end holds; None: it has none.
+    summary_checked: bool | None = None
+    # File offsets of chunks by the index, where reading can go on behind damage.
+    listed: set[int] = field(default_factory=set)
+    # Checksums of chunks with their times and sizes: none comes twice.
+    marks: set[tuple[int | str, ...]] = field(default_factory=set)
 
 
-def walk(file: FileBytes, notes: Notes, salvage: bool = False) -> Layout:
-    """Walk over all records; gaps that no record explains are noted and stepped over.
+def scan(file: FileBytes, log: BagWarnings, salvage: bool = False) -> Scan:
+    """Walk over all records; what no record explains is warned of and stepped over.
 
     salvage: a file that ends too early is what one came to mend, and no loss of what it holds.
     """
-    if file.read(0, 8) != MAGIC:
-        raise DamagedError(f'Expected an MCAP file, got one that begins with {file.read(0, 8)!r}.')
-    layout = Layout(chunk_offsets=listed_chunks(file), summary_checked=summary_holds(file))
-    at, seen = 8, set()
-    while at < file.size and not layout.closed:
+    if file.read(0, len(MAGIC)) != MAGIC:
+        begin = file.read(0, len(MAGIC))
+        raise DamagedError(f'Expected an MCAP file, got one that begins with {begin!r}.')
+    found, at, end_is_loss = Scan(), len(MAGIC), log.remark if salvage else log.loss
+    try:
+        found.listed |= set(_listed_chunks(file, found))
+    except DamagedError:
+        found.listed.clear()
+    if found.summary_checked is False:
+        found.whole = False
+        log.remark(Subject.INDEX, f'{file.name}: its index has another checksum than it says.')
+    while at < file.size and not found.closed:
         try:
-            op, body, length = record_prefix(file, at)
-            if op == Op.CHUNK:
-                seen.add(at)
-            _take(layout, file, op, body, length)
-            at = body + length
+            op, length = _prefix(file, at)
+            _take(found, file, op, at, length)
+            at += PREFIX.size + length
         except DamagedError as error:
-            onward = next_chunk(file, layout.chunk_offsets, at)
-            if onward is None:
-                _note_end(file, at, str(error), notes, salvage)
-                break
-            notes.loss(About.INDEX, f'{file.name} is damaged from byte {at} to {onward}: {error}')
-            at = onward
-    if not layout.closed:
-        tell = notes.remark if salvage else notes.loss
-        tell(About.INDEX, f'{file.name} was not closed by its writer, or its end is missing.')
-    if missed := sorted(set(layout.chunk_offsets) - seen):
-        notes.loss(
-            About.INDEX, f'{file.name}: its index lists {len(missed)} chunks that are not there.'
-        )
-    return layout
+            found.whole = False
+            if (onward := _next_chunk(file, found.listed, at)) is not None:
+                sentence = f'{file.name} is damaged from byte {at} to {onward}: {error}'
+                log.loss(Subject.INDEX, sentence)
+                at = onward
+                continue
+            if _is_cut(file, at):
+                sentence = f'{file.name} ends in the middle of a record that begins at byte {at}.'
+                end_is_loss(Subject.INDEX, sentence)
+            else:
+                sentence = f'{file.name} is damaged from byte {at} of {file.size} on: {error}'
+                log.loss(Subject.INDEX, sentence)
+            break
+    if not found.closed:
+        sentence = f'{file.name} was not closed by its writer, or its end is missing.'
+        end_is_loss(Subject.INDEX, sentence)
+    if missing := found.listed - {chunk.offset for chunk in found.chunks}:
+        sentence = f'{file.name}: its index lists {len(missing)} chunks that are not there.'
+        log.loss(Subject.INDEX, sentence)
+    return found
 
 
-def _note_end(file: FileBytes, at: int, why: str, notes: Notes, salvage: bool) -> None:
-    if _is_cut(file, at):
-        tell = notes.remark if salvage else notes.loss
-        tell(About.INDEX, f'{file.name} ends in the middle of a record that begins at byte {at}.')
-    else:
-        notes.loss(About.INDEX, f'{file.name} is damaged from byte {at} of {file.size} on: {why}')
+def _listed_chunks(file: FileBytes, found: Scan) -> Iterator[int]:
+    """File offsets of chunks by the summary at the end; checks the summary's checksum first."""
+    end = max(file.size - _FOOTER, 0)
+    footer = ByteReader(file.read(end, _FOOTER))
+    if footer.take(PREFIX.size) != PREFIX.pack(Op.FOOTER, 20):
+        raise DamagedError('Expected a footer, got something else.')
+    at, _, expected = footer.number(8), footer.number(8), footer.number(4)
+    crc, step = 0, 2**20
+    for begin in range(at, end + 25 if at and expected else at, step):
+        crc = crc32(file.read(begin, min(step, end + 25 - begin)), crc)
+    found.summary_checked = crc == expected if expected else None
+    while 0 < at < end:
+        op, length = _prefix(file, at)
+        if op == Op.CHUNK_INDEX:
+            yield ByteReader(file.text(at + PREFIX.size, length), 16).number(8)
+        at += PREFIX.size + length
+
+
+def _prefix(file: FileBytes, at: int) -> tuple[int, int]:
+    """Op code and length of the record at an offset."""
+    prefix = file.read(at, PREFIX.size)
+    if len(prefix) < PREFIX.size or not prefix[0]:
+        raise DamagedError(f'Expected a record at {at}, got {prefix!r}.')
+    op, length = PREFIX.unpack(prefix)
+    return op, length
+
+
+def _take(found: Scan, file: FileBytes, op: int, at: int, length: int) -> None:
+    """Keep what one record says."""
+    body, size = at + PREFIX.size, PREFIX.size + length
+    if op == Op.CHUNK:
+        _take_chunk(found, file, at, length)
+    elif length > file.size - body:
+        raise DamagedError(f'Expected a record of {length} bytes, got {file.size - body}.')
+    elif op == Op.MESSAGE:
+        if length < MESSAGE.size:
+            raise DamagedError(f'Expected a message of {MESSAGE.size} bytes, got {length}.')
+        last = found.runs[-1] if found.runs else None
+        if last and last.at + last.size == at and last.size + size <= _RUN:
+            found.runs[-1] = last._replace(size=last.size + size, stored=last.size + size)
+        else:
+            found.runs.append(ChunkHead(at, 0, 0, size, 0, '', at, size, []))
+    elif op == Op.MESSAGE_INDEX and found.chunks:
+        head = ByteReader(file.read(body, 6))
+        channel, entries = head.number(2), head.number(4)
+        if entries + 6 != length or entries % 16:
+            raise DamagedError(f'Expected index entries of 16 bytes, got {entries} bytes.')
+        found.chunks[-1].indexes.append((channel, entries // 16, body + 6))
+    elif op in (Op.SCHEMA, Op.CHANNEL):
+        found.definitions.append((op, file.text(body, length)))
+    elif op in (Op.ATTACHMENT, Op.METADATA):
+        found.attachments.append((op, at, size))
+    elif op == Op.STATISTICS:
+        found.message_count = ByteReader(file.text(body, length)).number(8)
+    elif op == Op.FOOTER:
+        found.closed = file.read(body + length, len(MAGIC)) == MAGIC
+
+
+def _take_chunk(found: Scan, file: FileBytes, at: int, length: int) -> None:
+    head = _head_at(file, at, length)
+    if at + PREFIX.size + length > file.size:
+        found.cut = head
+        raise DamagedError(f'Expected a chunk of {length} bytes, got {file.size - at}.')
+    mark = head[1:6]
+    if head.crc and mark in found.marks:
+        raise DamagedError('Expected every chunk once, got the same one again.')
+    if len(found.chunks) >= MAX_CHUNKS:
+        raise DamagedError(f'Expected at most {MAX_CHUNKS} chunks, got more.')
+    found.marks.add(mark)
+    found.chunks.append(head)
+
+
+def _head_at(file: FileBytes, at: int, length: int) -> ChunkHead:
+    return chunk_head(file.read(at + PREFIX.size, min(length, _CHUNK_HEAD)), at, length)
 
 
 def _is_cut(file: FileBytes, at: int) -> bool:
@@ -123,52 +182,24 @@ def _is_cut(file: FileBytes, at: int) -> bool:
     return bool(0 < op <= Op.DATA_END and at + PREFIX.size + length > file.size)
 
 
-def _take(layout: Layout, file: FileBytes, op: int, body: int, length: int) -> None:
-    """Note one record in the layout."""
-    if op == Op.CHUNK:
-        _take_chunk(layout, file, body, length)
-        return
-    if body + length > file.size:
-        raise DamagedError(f'Expected a record of {length} bytes, got {file.size - body}.')
-    if op == Op.MESSAGE:
-        if length < MESSAGE.size:
-            raise DamagedError(f'Expected a message of {MESSAGE.size} bytes, got {length}.')
-        layout.loose.append(body - PREFIX.size)
-    elif op == Op.MESSAGE_INDEX and layout.chunks:
-        _list_messages(layout.chunks[-1], file.text(body, length))
-    elif op == Op.SCHEMA:
-        key, schema = schema_of(file.text(body, length))
-        layout.schemas.setdefault(key, schema)
-    elif op == Op.CHANNEL:
-        key, channel = channel_of(file.text(body, length))
-        layout.channels.setdefault(key, channel)
-    elif op == Op.STATISTICS:
-        layout.message_count = Cursor(file.text(body, length)).u64()
-    elif op == Op.FOOTER:
-        layout.closed = file.read(body + length, 8) == MAGIC
+def _next_chunk(file: FileBytes, listed: set[int], after: int) -> int | None:
+    """Where the next whole chunk behind a damaged place begins: by the index, else by search."""
+    for offset in sorted(listed):
+        if offset > after and _is_chunk(file, offset):
+            return offset
+    for at in range(after + 1, file.size, MAX_TEXT):
+        window = file.read(at, MAX_TEXT + 64)
+        for match in _METHOD.finditer(window):
+            start = at + match.start() - _BEFORE_METHOD
+            if start > after and _is_chunk(file, start):
+                return start
+    return None
 
 
-def _take_chunk(layout: Layout, file: FileBytes, body: int, length: int) -> None:
-    header = head_of_chunk(file, body, length)
-    if body + length > file.size:
-        layout.cut = header
-        raise DamagedError(f'Expected a chunk of {length} bytes, got {file.size - body}.')
-    if len(layout.chunks) >= MAX_CHUNKS:
-        raise DamagedError(f'Expected at most {MAX_CHUNKS} chunks, got more.')
-    if header.crc and header[:5] in layout.marks:
-        raise DamagedError('Expected every chunk once, got the same one again.')
-    layout.marks.add(header[:5])
-    layout.chunks.append(ChunkPlace(header))
-
-
-def _list_messages(chunk: ChunkPlace, body: bytes) -> None:
-    """Add what a message index record says."""
-    fields = Cursor(body)
-    channel = fields.u16()
-    entries = memoryview(fields.block())
-    if len(entries) % 16:
-        raise DamagedError(f'Expected index entries of 16 bytes, got {len(entries)} bytes.')
-    # The file is little-endian, as is every machine ROS 2 runs on.
-    numbers = array('Q', bytes(entries))
-    for stamp, offset in zip(numbers[::2], numbers[1::2], strict=True):
-        chunk.listed.extend((stamp, channel, offset))
+def _is_chunk(file: FileBytes, at: int) -> bool:
+    try:
+        op, length = _prefix(file, at)
+        _head_at(file, at, length)
+    except DamagedError:
+        return False
+    return op == Op.CHUNK and at + PREFIX.size + length <= file.size

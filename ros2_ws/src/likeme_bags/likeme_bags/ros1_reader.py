@@ -1,239 +1,247 @@
-"""Reading ROS 1 bags (format 2.0): chunk by chunk from front to back, whatever the index says."""
+"""Reading a ROS 1 bag through rosbags, which is given an index that holds and checked chunks.
+
+The library's own opening does not compare its index with the file, and decompresses whatever a
+chunk unpacks to.
+"""
 
 from __future__ import annotations
 
-import struct
-from array import array
-from collections.abc import Mapping
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterator, Mapping
+from io import BytesIO
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 from zlib import crc32
 
-from likeme_bags.bag_warnings import About, Notes
-from likeme_bags.byte_reader import Cursor
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Connection, ConnectionExtRosbag1
+from rosbags.rosbag1 import Reader
+from rosbags.rosbag1.reader import Chunk, IndexData
+
+from likeme_bags.bag_warnings import BagWarnings, Subject
+from likeme_bags.block_cache import BlockCache
+from likeme_bags.byte_reader import ByteReader
 from likeme_bags.compression import decompress, decompress_prefix
-from likeme_bags.errors import DamagedError
-from likeme_bags.files import FileBytes
-from likeme_bags.index import Index
-from likeme_bags.limits import MAX_BLOCK, MAX_CHUNKS
-from likeme_bags.ros1_connections import Connections
-from likeme_bags.ros1_file import head_at, is_cut, next_chunk
-from likeme_bags.ros1_format import (
-    MAGIC,
-    Fields,
-    Op,
-    record_at,
-    text_of,
-    time_of,
-    u8,
-    u32,
-    u64,
-)
-from likeme_bags.storage import BlockCache, Channel
-
-_METHODS = {'none': '', 'lz4': 'lz4', 'bz2': 'bz2'}
+from likeme_bags.errors import LIBRARY_ERRORS, DamagedError
+from likeme_bags.file_bytes import FileBytes
+from likeme_bags.limits import MAX_MESSAGES
+from likeme_bags.ros1_format import Op, fields_of, number, time_of
+from likeme_bags.ros1_scan import ChunkPlace, scan
+from likeme_bags.storage import Attachment, Channel
 
 
-class _Chunk(NamedTuple):
-    """A chunk's data: where it lies in the file, and what is needed to read it."""
+class _Entry(NamedTuple):
+    """An index entry that is ordered by time, then as written; the library's by time alone."""
 
-    at: int
-    stored: int
-    size: int
-    method: str
+    time: int
+    chunk_pos: int
+    offset: int
 
 
 class Ros1Storage:
-    """One ROS 1 bag; `fetch` gives messages as ROS 1 serialised them.
+    """One ROS 1 bag; messages as ROS 1 serialised them.
 
-    A ROS 1 index repeats the time of every message, which tells damage from truth: bz2 and lz4
-    have checksums of their own, an uncompressed chunk has none.
+    bz2 has checksums; lz4 as ROS 1 writes it and uncompressed chunks have none.
+
+    thorough: index every chunk by its content at once, rather than by the index records behind
+    it. salvage: also take what can be had of a chunk that was cut.
     """
 
-    def __init__(self, path: Path, notes: Notes, salvage: bool = False) -> None:
-        self.index = Index()
-        self._notes = notes
+    attachments: tuple[Attachment, ...] = ()
+
+    def __init__(
+        self, path: Path, log: BagWarnings, thorough: bool = False, salvage: bool = False
+    ) -> None:
+        self.name = path.name
+        self._log, self._salvage = log, salvage
+        self._library = Reader(path)
+        self._cache: BlockCache[bytes] = BlockCache()
+        self._indexed = False
+        self._known: dict[int, Connection] = {}
+        self._doubtful: set[int] = set()
+        self._entries: dict[int, list[_Entry]] = defaultdict(list)
         self._file = FileBytes(path)
-        self._connections = Connections(self._file.name, notes)
-        self._chunks: list[_Chunk] = []
-        self._cache: BlockCache[bytes | memoryview] = BlockCache()
-        self._salvage = salvage
-        self._cut = -1
-        # Chunks by the bag header.
-        self._promised: int | None = None
-        # Sizes and checksums of the chunks.
-        self._marks: set[tuple[int, int]] = set()
         try:
-            self._scan()
+            self._scan = scan(self._file, log, salvage)
+            self._library.bio = path.open('rb')
+            self._library.chunks = {
+                chunk.offset: Chunk(chunk.stored, chunk.at, self._decompressor(chunk))
+                for chunk in self._scan.chunks
+            }
+            if thorough or not self._can_use_indexes():
+                self._index_content()
         except BaseException:
-            self.close()
+            self.release()
             raise
+
+    @property
+    def connections(self) -> Collection[Connection]:
+        """All connections, for `messages`."""
+        return self._library.connections
+
+    @property
+    def channels(self) -> Mapping[int, Channel]:
+        """All connections by their number."""
+        return {
+            c.id: Channel(
+                c.topic,
+                c.msgtype,
+                'ros1',
+                'latched' if cast(ConnectionExtRosbag1, c.ext).latching else '',
+                c.msgdef.data,
+                'ros1msg',
+                c.digest,
+            )
+            for c in self.connections
+        }
+
+    @property
+    def counts(self) -> Mapping[int, int]:
+        """Messages by number of their connection."""
+        return {key: len(index) for key, index in self._entries.items()}
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """Log times of the first and the last message, ns."""
+        entries = [index for index in self._entries.values() if index]
+        return min(index[0].time for index in entries), max(index[-1].time for index in entries)
 
     @property
     def checksums(self) -> bool:
         """Whether checksums cover every message, so that a flipped bit is noticed."""
-        return all(chunk.method == 'bz2' for chunk in self._chunks)
+        return all(chunk.method == 'bz2' for chunk in self._scan.chunks)
 
-    @property
-    def channels(self) -> Mapping[int, Channel]:
-        """All connections that are not in doubt, by their number."""
-        return self._connections.channels
+    def messages(
+        self, connections: Collection[Connection], start: int | None, stop: int | None
+    ) -> Iterator[tuple[Connection, int, bytes]]:
+        """Messages in the order of log times."""
+        return self._library.messages(connections, start, stop)
 
-    def close(self) -> None:
-        """Let go of the file."""
+    def stamps(self, channel: int) -> NDArray[np.int64]:
+        """Log times of a connection's messages, ns, rising; shape (n,)."""
+        return np.array([entry.time for entry in self._entries.get(channel, ())], np.int64)
+
+    def salvage(self, why: str) -> bool:
+        """Index the bag by its content, without what is damaged; False when it is already."""
+        if self._indexed:
+            return False
+        self._log.loss(Subject.INDEX, f'{self.name}: its index cannot be used: {why}')
+        self._index_content()
+        return True
+
+    def release(self) -> None:
+        """Close the file."""
         self._file.close()
+        if self._library.bio is not None:
+            self._library.bio.close()
 
-    def fetch(self, stamp: int, channel: int, block: int, offset: int) -> bytes | None:
-        """The message at a place in a chunk."""
-        try:
-            return bytes(record_at(Cursor(self._data(block), offset))[1])
-        except DamagedError as error:
-            self._lose(str(error))
-            return None
+    def _decompressor(self, chunk: ChunkPlace) -> Callable[[bytes], bytes]:
+        """Gives what is in a chunk, from its stored bytes unless it is known."""
 
-    def _lose(self, why: str) -> None:
-        self._notes.lost(self._file.name, why)
+        def decompressed(stored: bytes) -> bytes:
+            data = self._cache.get(chunk.offset)
+            if data is None:
+                cut = self._scan.cut and chunk is self._scan.chunks[-1]
+                unpack = decompress_prefix if cut else decompress
+                data = unpack(stored, chunk.method, chunk.size)
+                self._cache.put(chunk.offset, data, len(data))
+            return data
 
-    def _data(self, block: int) -> bytes | memoryview:
-        data = self._cache.get(block)
-        if data is None:
-            chunk = self._chunks[block]
-            stored = self._file.read(chunk.at, min(chunk.stored, MAX_BLOCK))
-            unpack = decompress_prefix if block == self._cut else decompress
-            data = unpack(stored, chunk.method, chunk.size)
-            self._cache.put(block, data, len(data))
-        return data
+        return decompressed
 
-    def _scan(self) -> None:
-        if self._file.read(0, len(MAGIC)) != MAGIC:
-            begin = self._file.read(0, len(MAGIC))
-            raise DamagedError(
-                f'Expected a ROS 1 bag of format 2.0, got one that begins with {begin!r}.'
-            )
-        at, listed = len(MAGIC), array('Q')
-        indexed = 0
-        while at < self._file.size:
+    def _can_use_indexes(self) -> bool:
+        """Index chunks by the index records behind them, if nothing speaks against these."""
+        found = self._scan
+        listed = [sum(count for _, count, _ in chunk.indexes) for chunk in found.chunks]
+        if not found.whole or sum(listed) != found.message_count or not all(listed):
+            return False
+        for record in found.connections:
+            self._learn(record)
+        for chunk in found.chunks:
+            for stamp, connection, offset in chunk.listed(self._file):
+                self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
+        self._use()
+        return True
+
+    def _index_content(self) -> None:
+        """Index every chunk by what is in it, up to its first damaged record."""
+        self._indexed = True
+        self._known.clear()
+        self._entries.clear()
+        marks: set[tuple[int, int]] = set()
+        for place, chunk in enumerate(self._scan.chunks):
             try:
-                fields, body, size = head_at(self._file, at)
-                op = u8(fields, 'op')
-                if op != Op.INDEX and indexed < len(self._chunks):
-                    self._index_chunk(indexed, listed)
-                    indexed, listed = len(self._chunks), array('Q')
-                self._take(op, fields, body, size, listed)
-                at = body + size
+                stored = self._file.read(chunk.at, chunk.stored)
+                data = self._library.chunks[chunk.offset].decompressor(stored)
+                mark = len(data), crc32(data)
+                if data and mark in marks:
+                    raise DamagedError('Expected every chunk once, got the same one again.')
+                marks.add(mark)
             except DamagedError as error:
-                onward = next_chunk(self._file, at)
-                self._note_damage(at, onward, str(error))
-                if onward is None:
-                    break
-                at = onward
-        if indexed < len(self._chunks):
-            self._index_chunk(indexed, listed)
-        self._compare()
-        self._connections.drop_doubtful(self._notes.complete or self._salvage)
+                self._lose(f'chunk {place} cannot be read: {error}')
+                continue
+            self._index_chunk(place, chunk, data)
+        # The index at the end has no checksum: where something is wrong, it is not believed.
+        if self._log.complete or self._salvage:
+            for record in self._scan.connections:
+                self._learn(record)
+        self._use()
 
-    def _note_damage(self, at: int, onward: int | None, why: str) -> None:
-        name, size = self._file.name, self._file.size
-        if onward is not None:
-            sentence = f'{name} is damaged from byte {at} to {onward}: {why}'
-            self._notes.loss(About.INDEX, sentence)
-        elif is_cut(self._file, at):
-            tell = self._notes.remark if self._salvage else self._notes.loss
-            tell(About.INDEX, f'{name} ends in the middle of a record that begins at byte {at}.')
-        else:
-            self._notes.loss(About.INDEX, f'{name} is damaged from byte {at} of {size} on: {why}')
-
-    def _take(self, op: int, fields: Fields, body: int, size: int, listed: array[int]) -> None:
-        """Note one record; `listed` collects the index records behind a chunk."""
-        if op == Op.BAG:
-            self._promised = u32(fields, 'chunk_count')
-            if u64(fields, 'index_pos') == 0:
-                tell = self._notes.remark if self._salvage else self._notes.loss
-                tell(About.INDEX, f'{self._file.name} was not closed by its writer.')
-        elif op == Op.CHUNK:
-            self._add_chunk(fields, body, size)
-        elif op == Op.INDEX:
-            self._list(fields, self._file.text(body, size), listed)
-        elif op == Op.CONNECTION:
-            self._connections.take(fields, self._file.text(body, size), in_chunk=False)
-        elif op != Op.CHUNK_INFO:
-            raise DamagedError(f'Expected a record of a bag, got one of kind {op}.')
-        if body + size > self._file.size:
-            raise DamagedError(f'Expected {size} bytes at {body}, got {self._file.size - body}.')
-
-    def _compare(self) -> None:
-        """Compare what was found with what the bag header promises."""
-        name, found = self._file.name, len(self._chunks)
-        if self._promised is None:
-            self._notes.loss(About.INDEX, f'{name}: its first record, the bag header, is missing.')
-        elif self._promised > found:
-            self._notes.loss(
-                About.INDEX, f'{name}: {found} chunks found, its header says {self._promised}.'
-            )
-
-    def _add_chunk(self, fields: Fields, body: int, size: int) -> None:
-        method = _METHODS.get(text_of(fields, 'compression'))
-        if method is None:
-            raise DamagedError(
-                f'Expected compression none, bz2 or lz4, got {fields["compression"]!r}.'
-            )
-        if len(self._chunks) >= MAX_CHUNKS:
-            raise DamagedError(f'Expected at most {MAX_CHUNKS} chunks, got more.')
-        if body + size > self._file.size:
-            have = self._file.size - body
-            if not self._salvage:
-                self._lose(f'the last chunk was cut off after {have} of {size} bytes')
-                return
-            self._cut = len(self._chunks)
-        self._chunks.append(_Chunk(body, size, u32(fields, 'size'), method))
-
-    def _list(self, fields: Fields, body: bytes, listed: array[int]) -> None:
-        """Add (time, connection, offset) of an index record."""
-        connection, count = u32(fields, 'conn'), u32(fields, 'count')
-        if len(body) != 12 * count:
-            raise DamagedError(
-                f'Expected {count} index entries of 12 bytes, got {len(body)} bytes.'
-            )
-        for seconds, nanoseconds, offset in struct.iter_unpack('<III', body):
-            listed.extend((seconds * 10**9 + nanoseconds, connection, offset))
-
-    def _index_chunk(self, number: int, listed: array[int]) -> None:
+    def _index_chunk(self, place: int, chunk: ChunkPlace, data: bytes) -> None:
         """Index a chunk by its own records; a message its index record denies is dropped."""
-        try:
-            data = self._data(number)
-            self._check_new(data)
-        except DamagedError as error:
-            self._lose(f'chunk {number} cannot be read: {error}')
-            return
-        promised = set(zip(listed[::3], listed[1::3], listed[2::3], strict=True))
+        promised = chunk.listed(self._file)
         found, dropped = 0, 0
-        cursor = Cursor(data)
+        reader = ByteReader(data)
         try:
-            while cursor.left:
-                offset = cursor.at
-                fields, body = record_at(cursor)
-                op = u8(fields, 'op')
+            while reader.left:
+                offset = reader.at
+                fields = fields_of(reader.block())
+                reader.block()
+                op = number(fields, 'op', 1)
                 if op == Op.CONNECTION:
-                    self._connections.take(fields, bytes(body), in_chunk=True)
+                    self._learn(data[offset : reader.at])
                 elif op == Op.MESSAGE:
-                    entry = (time_of(fields), u32(fields, 'conn'), offset)
+                    stamp, connection = time_of(fields), number(fields, 'conn', 4)
                     found += 1
-                    if promised and entry not in promised:
+                    if promised and (stamp, connection, offset) not in promised:
                         dropped += 1
                     else:
-                        self.index.add(*entry[:2], number, offset)
+                        self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
         except DamagedError as error:
-            if number != self._cut:
-                self._lose(f'chunk {number} is damaged inside: {error}')
+            if not (self._scan.cut and chunk is self._scan.chunks[-1]):
+                self._lose(f'chunk {place} is damaged inside: {error}')
         if dropped or (promised and found < len(promised)):
             self._lose(
-                f'chunk {number} holds {found} messages, {found - dropped} of them as its index '
+                f'chunk {place} holds {found} messages, {found - dropped} of them as its index '
                 f'of {len(promised)} says'
             )
+        if sum(self.counts.values()) > MAX_MESSAGES:
+            raise DamagedError(f'Expected at most {MAX_MESSAGES} messages in a bag.')
 
-    def _check_new(self, data: bytes | memoryview) -> None:
-        """No recorder writes the same chunk twice, times and all."""
-        mark = len(data), crc32(data)
-        if len(data) and mark in self._marks:
-            raise DamagedError('Expected every chunk once, got the same one again.')
-        self._marks.add(mark)
+    def _use(self) -> None:
+        """Have the library read by this index from now on."""
+        for key in sorted(self._doubtful):
+            topic = self._known.pop(key).topic
+            self._lose(f'connection {key} ({topic}) is described twice and differently')
+        self._doubtful.clear()
+        for index in self._entries.values():
+            index.sort()
+        self._library.connections = list(self._known.values())
+        self._library.indexes = cast(
+            dict[int, list[IndexData]], {key: self._entries.get(key, []) for key in self._known}
+        )
+
+    def _learn(self, record: bytes) -> None:
+        """Keep a connection record; of one that is described in two ways nothing is believed."""
+        parser = Reader(self._library.path)
+        parser.bio = BytesIO(record)
+        try:
+            connection = parser.read_connection()
+        except LIBRARY_ERRORS as error:
+            raise DamagedError(f'Expected a connection: {error}') from None
+        if self._known.setdefault(connection.id, connection)[1:4] != connection[1:4]:
+            self._doubtful.add(connection.id)
+
+    def _lose(self, why: str) -> None:
+        self._log.lost(self.name, why)

@@ -1,121 +1,80 @@
-"""Opening a sqlite3 file that may be cut, damaged, or left behind with its journal."""
+"""A sqlite3 file as far as it can be read: with its journal, cut, or with damaged pages."""
 
 from __future__ import annotations
 
 import shutil
 import sqlite3
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, closing
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any
 
-from likeme_bags.bag_warnings import About, Notes
-from likeme_bags.errors import BagError
-from likeme_bags.limits import MAX_BLOCK
+import apsw
+
+from likeme_bags.bag_warnings import BagWarnings, Subject
+from likeme_bags.errors import READ_ERRORS, BagError
+from likeme_bags.sorted_copy import temporary_folder
 
 _MAGIC = b'SQLite format 3\0'
-# Where the file's first page keeps the number of pages (sqlite.org/fileformat).
-_PAGES_AT = 28
-# Statements of SQLite's virtual machine before a query on a damaged file is given up.
-_STEPS = 400_000_000
+# By row id: in a damaged schema the column `id` may no longer stand for it.
+_SCAN = 'SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid > ? ORDER BY rowid'
+# Less than every row id.
+_FIRST = -(2**63)
+
+Row = tuple[Any, ...]
 
 
-class Head(NamedTuple):
-    """What the first 100 bytes say."""
+def readable(path: Path, log: BagWarnings, opened: ExitStack) -> Path:
+    """The file, or a temporary copy that SQLite reads without writing beside it.
 
-    page_size: int
-    # As many pages as there should be; 0: not said.
-    pages: int
-    # Bytes the file really has.
-    size: int
-
-    @property
-    def cut(self) -> bool:
-        """Whether the file ends before its last page does."""
-        return self.size % self.page_size != 0 or self.size < self.pages * self.page_size
-
-
-class Patience:
-    """Interrupts a query that goes round in circles through damaged pages."""
-
-    def __init__(self) -> None:
-        self._steps = 0
-
-    def renew(self) -> None:
-        """Before every query."""
-        self._steps = 0
-
-    def tick(self) -> bool:
-        """Called by SQLite every million steps; True interrupts."""
-        self._steps += 1_000_000
-        return self._steps > _STEPS
-
-
-def open_sqlite(
-    path: Path, notes: Notes, stack: ExitStack, patience: Patience
-) -> sqlite3.Connection:
-    """A connection that only reads; nothing beside the file is made or touched.
-
-    A journal left behind is played into a temporary copy. Of a cut file a copy of its whole pages
-    is read: SQLite would take what is missing for zeros.
+    A journal left behind is played into the copy. Of a cut file the copy has the whole pages:
+    SQLite would take what is missing for zeros.
 
     Raises:
         BagError: it is not a sqlite3 file.
-        sqlite3.Error: SQLite does not accept it.
     """
-    head = read_head(path)
-    journals = [path.with_name(path.name + end) for end in ('-wal', '-journal')]
-    if any(journal.exists() for journal in journals):
-        notes.remark(About.INDEX, f'{path.name} was not closed: its journal is still there.')
-        folder = _folder(stack)
-        for each in (path, *journals):
-            if each.exists():
-                shutil.copyfile(each, folder / each.name)
-        target = f'{folder / path.name}'
-    elif head.cut:
-        should = head.pages * head.page_size or 'whole pages'
-        notes.loss(About.INDEX, f'{path.name} was cut: {head.size} bytes, expected {should}.')
-        target = f'{_whole_pages(path, head, _folder(stack)).as_uri()}?immutable=1'
-    else:
-        if head.pages and head.size > head.pages * head.page_size:
-            notes.remark(About.INDEX, f'{path.name} is longer than its {head.pages} pages.')
-        target = f'{path.absolute().as_uri()}?immutable=1'
-    db = sqlite3.connect(target, uri=target.startswith('file:'), check_same_thread=False)
-    stack.callback(db.close)
-    db.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, MAX_BLOCK)
-    db.text_factory = lambda raw: raw.decode('utf-8', 'replace')
-    db.set_progress_handler(patience.tick, 1_000_000)
-    db.execute('PRAGMA trusted_schema = OFF')
-    db.execute('PRAGMA cell_size_check = ON')
-    return db
-
-
-def read_head(path: Path) -> Head:
-    """Raises BagError when it is not a sqlite3 file."""
-    try:
-        with path.open('rb') as file:
-            head = file.read(100)
-        size = path.stat().st_size
-    except OSError as error:
-        raise BagError(f'Cannot open {path}: {error.strerror}.') from None
-    if len(head) < 100 or head[:16] != _MAGIC:
-        raise BagError(f'Expected a sqlite3 bag, got {path.name} beginning with {head[:16]!r}.')
+    with path.open('rb') as file:
+        head = file.read(100)
     page = int.from_bytes(head[16:18], 'big')
     page = 65536 if page == 1 else page
-    if page < 512 or page & (page - 1):
-        raise BagError(f'Expected pages of 512 to 65536 bytes in {path.name}, got {page}.')
-    # The number of pages counts only when both change counters agree.
-    said = int.from_bytes(head[_PAGES_AT : _PAGES_AT + 4], 'big')
-    return Head(page, said if head[24:28] == head[92:96] else 0, size)
+    if len(head) < 100 or head[:16] != _MAGIC or page < 512 or page & (page - 1):
+        raise BagError(f'Expected a sqlite3 bag, got {path.name} beginning with {head[:18]!r}.')
+    journals = [path.with_name(path.name + end) for end in ('-wal', '-journal')]
+    if any(journal.exists() for journal in journals):
+        log.remark(Subject.INDEX, f'{path.name} was not closed: its journal is still there.')
+        return _with_journal(path, journals, temporary_folder(opened), log)
+    # The number of pages counts only when both change counters agree (sqlite.org/fileformat).
+    pages = int.from_bytes(head[28:32], 'big') if head[24:28] == head[92:96] else 0
+    size = path.stat().st_size
+    if size % page or size < pages * page:
+        should = pages * page or 'whole pages'
+        log.loss(Subject.INDEX, f'{path.name} was cut: {size} bytes, expected {should}.')
+        return _whole_pages(path, size // page, page, temporary_folder(opened))
+    if pages and size > pages * page:
+        log.remark(Subject.INDEX, f'{path.name} is longer than its {pages} pages.')
+    return path
 
 
-def _whole_pages(path: Path, head: Head, folder: Path) -> Path:
+def _with_journal(path: Path, journals: list[Path], folder: Path, log: BagWarnings) -> Path:
+    for each in (path, *journals):
+        if each.exists():
+            shutil.copyfile(each, folder / each.name)
+    try:
+        with closing(sqlite3.connect(folder / path.name)) as db:
+            db.execute('PRAGMA trusted_schema = OFF')
+            db.execute('PRAGMA journal_mode = DELETE').fetchall()
+            db.execute('SELECT count(*) FROM sqlite_master').fetchall()
+    except sqlite3.Error as error:
+        log.loss(Subject.INDEX, f'The journal of {path.name} cannot be played: {error}.')
+    return folder / path.name
+
+
+def _whole_pages(path: Path, pages: int, page: int, folder: Path) -> Path:
     """A copy that ends with a page, and says so: then pages beyond it are errors, not zeros."""
     copy = folder / path.name
     shutil.copyfile(path, copy)
-    pages = head.size // head.page_size
     with copy.open('r+b') as file:
-        file.truncate(pages * head.page_size)
+        file.truncate(pages * page)
         file.seek(24)
         counter = file.read(4)
         file.write(pages.to_bytes(4, 'big'))
@@ -124,5 +83,42 @@ def _whole_pages(path: Path, head: Head, folder: Path) -> Path:
     return copy
 
 
-def _folder(stack: ExitStack) -> Path:
-    return Path(stack.enter_context(TemporaryDirectory(prefix='likeme-bag-')))
+def rows_of(db: apsw.Connection, name: str, log: BagWarnings) -> Iterator[Row]:
+    """Id, topic, log time and data of rows by rising id.
+
+    Those on a damaged page lie together, and are warned of and stepped over.
+    """
+    last: int | None = _FIRST
+    while last is not None:
+        try:
+            for row in db.execute(_SCAN, (last,)):
+                if row[0] <= last:
+                    log.loss(Subject.CHUNKS, f'{name} is damaged: its row ids are not in order.')
+                    return
+                last = row[0]
+                yield row
+            return
+        except READ_ERRORS as error:
+            log.loss(Subject.CHUNKS, f'{name}: rows behind {max(last, 0)} are damaged: {error}.')
+        last = _readable_after(db, max(last, 0))
+
+
+def _readable_after(db: apsw.Connection, base: int) -> int | None:
+    """The smallest id above `base` behind which a row can be read; None: there is none."""
+
+    def can_read(key: int) -> bool:
+        try:
+            return bool(list(db.execute(f'{_SCAN} LIMIT 1', (key,))))
+        except READ_ERRORS:
+            return False
+
+    step = 1
+    while not can_read(base + step):
+        step *= 2
+        if step > 2**40:
+            return None
+    low, high = base + step // 2, base + step
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if can_read(middle) else (middle, high)
+    return high

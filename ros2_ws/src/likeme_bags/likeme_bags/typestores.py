@@ -18,7 +18,7 @@ from rosbags.typesys import (
 )
 from rosbags.typesys.store import Typestore
 
-from likeme_bags.errors import LIBRARY_ERRORS, DamagedError, UnsupportedError
+from likeme_bags.errors import LIBRARY_ERRORS, BagError, DamagedError, UnsupportedError
 from likeme_bags.limits import MAX_BLOCK
 from likeme_bags.text_output import one_line
 from likeme_bags.values import Topic
@@ -89,6 +89,22 @@ def _defined(name: str, text: str, encoding: str) -> Typestore:
             f'{one_line(error, 160)}.'
         ) from None
     return store
+
+
+@lru_cache(maxsize=1024)
+def _layout(name: str, text: str, encoding: str) -> str:
+    try:
+        return typestore_of(Topic('', name, 0, (), text, encoding)).hash_rihs01(name)
+    except (*LIBRARY_ERRORS, BagError):
+        return text
+
+
+def layout(topic: Topic) -> str:
+    """Equal for two definitions of a type with the same fields in the same order.
+
+    The RIHS01 hash by the definition itself; the definition where it does not parse, maybe ''.
+    """
+    return _layout(topic.type, topic.definition, topic.encoding)
 
 
 def parsed_definition(name: str, text: str, encoding: str) -> Typesdict:

@@ -34,7 +34,7 @@ def test_the_rosbags_library_reads_all_of_it(
             writer.write(record)
     with Reader(tmp_path / 'bag') as reader:
         found = [(c.topic, c.msgtype, stamp, data) for c, stamp, data in reader.messages()]
-        assert found == [tuple(record) for record in written]
+        assert found == [record[:4] for record in written]
     with AnyReader([tmp_path / 'bag']) as reader:
         for connection, _, data in reader.messages():
             reader.deserialize(data, connection.msgtype)
