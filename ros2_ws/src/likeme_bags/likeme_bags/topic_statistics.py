@@ -1,4 +1,4 @@
-"""What one pass over a bag tells of each topic: the material of `bag.sh info` and `doctor`."""
+"""Times, sizes and decoding errors of each topic, gathered for `bag.sh doctor` in one pass."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_bags.adapting import CAMERA_INFO
-from likeme_bags.errors import BagError
+from likeme_bags.errors import BagError, UnsupportedError
 from likeme_bags.headers import has_header, header_stamp
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import Bag
@@ -22,7 +22,7 @@ _SAMPLES = 25
 
 
 @dataclass(eq=False)
-class TopicFacts:
+class TopicStatistics:
     """One topic. Stamps are in ns and in the order of log times."""
 
     topic: Topic
@@ -31,8 +31,10 @@ class TopicFacts:
     size: int = 0
     # Messages equal to the one before in time and content.
     repeated: int = 0
-    # What did not decode, and sizes and encodings of pictures seen.
+    # What did not decode, and why the topic cannot be decoded at all ('': it can).
     errors: list[str] = field(default_factory=list)
+    unsupported: str = ''
+    # Sizes (height, width) and encodings of images, and the sizes in CameraInfo.
     shapes: set[tuple[int, int]] = field(default_factory=set)
     encodings: set[str] = field(default_factory=set)
     infos: set[tuple[int, int]] = field(default_factory=set)
@@ -59,49 +61,51 @@ class TopicFacts:
 
     @property
     def is_image(self) -> bool:
-        """Whether it carries pictures."""
+        """Whether it carries images."""
         return self.topic.type in (IMAGE, COMPRESSED)
 
 
-def gather(bag: Bag) -> list[TopicFacts]:
+def topic_statistics(bag: Bag) -> list[TopicStatistics]:
     """Read the whole bag once."""
-    facts = {(t.name, t.type): TopicFacts(t) for t in bag.topics}
-    with_header = {key for key, fact in facts.items() if has_header(fact.topic)}
-    last: dict[tuple[str, str], tuple[int, int]] = {}
+    statistics = {topic.key: TopicStatistics(topic) for topic in bag.topics}
+    with_header = {key for key, stats in statistics.items() if has_header(stats.topic)}
+    last: dict[object, tuple[int, int]] = {}
     for record in bag.records():
-        key = record.topic, record.type
-        fact = facts[key]
-        fact.stamps.append(record.stamp)
-        fact.size += len(record.data)
+        key = record.key
+        stats = statistics[key]
+        stats.stamps.append(record.stamp)
+        stats.size += len(record.data)
         mark = record.stamp, crc32(record.data)
-        fact.repeated += last.get(key) == mark
+        stats.repeated += last.get(key) == mark
         last[key] = mark
         if key in with_header:
-            _note_header(fact, record)
-        step = max(fact.topic.count // _SAMPLES, 1)
-        if (len(fact.stamps) - 1) % step == 0:
-            _note_content(fact, record)
-    return list(facts.values())
+            _note_header(stats, record)
+        step = max(stats.topic.count // _SAMPLES, 1)
+        if (len(stats.stamps) - 1) % step == 0:
+            _note_content(stats, record)
+    return list(statistics.values())
 
 
-def _note_header(fact: TopicFacts, record: Record) -> None:
+def _note_header(stats: TopicStatistics, record: Record) -> None:
     try:
-        fact.headers.append(header_stamp(record.data))
+        stats.headers.append(header_stamp(record.data))
     except BagError as error:
-        fact.errors.append(str(error))
+        stats.errors.append(f'{record.topic}: {error}')
 
 
-def _note_content(fact: TopicFacts, record: Record) -> None:
-    """Decode one message and keep what the checks want of it."""
+def _note_content(stats: TopicStatistics, record: Record) -> None:
+    """Decode one message and keep what the checks need of it."""
     try:
-        if fact.is_image:
+        if stats.is_image:
             image = decode_image(record)
-            fact.shapes.add((image.pixels.shape[0], image.pixels.shape[1]))
-            fact.encodings.add(image.encoding)
-        elif fact.topic.definition or fact.topic.type.startswith('sensor_msgs/'):
-            message = decode(fact.topic, record.data)
-            if fact.topic.type == CAMERA_INFO:
+            stats.shapes.add((image.pixels.shape[0], image.pixels.shape[1]))
+            stats.encodings.add(image.encoding)
+        elif stats.topic.definition or stats.topic.type.startswith('sensor_msgs/'):
+            message = decode(stats.topic, record.data)
+            if stats.topic.type == CAMERA_INFO:
                 size = getattr(message, 'height', 0), getattr(message, 'width', 0)
-                fact.infos.add(size)
+                stats.infos.add(size)
+    except UnsupportedError as error:
+        stats.unsupported = str(error)
     except BagError as error:
-        fact.errors.append(str(error))
+        stats.errors.append(str(error))

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_bags import ahead
-from likeme_bags.ahead import ROOM, WORTH, Ahead
+from likeme_bags import prefetch
 from likeme_bags.errors import DamagedError
 from likeme_bags.images import IMAGE, DecodedImage, image_record
+from likeme_bags.prefetch import MAX_PENDING, MIN_SIZE, Prefetcher
 from likeme_bags.reading import open_bag
 from likeme_bags.values import Topic
 from likeme_bags.writing import BagWriter
@@ -19,13 +19,13 @@ from likeme_bags.writing import BagWriter
 
 @pytest.fixture(autouse=True)
 def _two_cores(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ahead.os, 'sched_getaffinity', lambda _: {0, 1})
+    monkeypatch.setattr(prefetch.os, 'sched_getaffinity', lambda _: {0, 1})
 
 
 class Chunks:
     """Ten chunks; who asks for them, and which are being read."""
 
-    def __init__(self, size: int = WORTH) -> None:
+    def __init__(self, size: int = MIN_SIZE) -> None:
         self.size = size
         self.readers: dict[int, str] = {}
         self.gate = threading.Event()
@@ -44,7 +44,7 @@ class Chunks:
 
 def test_in_order_the_next_ones_are_read_by_other_threads() -> None:
     chunks = Chunks()
-    reader = Ahead(chunks.read, chunks.size_of)
+    reader = Prefetcher(chunks.read, chunks.size_of)
     got = []
     for number in range(10):
         try:
@@ -55,23 +55,25 @@ def test_in_order_the_next_ones_are_read_by_other_threads() -> None:
     assert got == [f'chunk {n}' if n != 4 else 'damaged' for n in range(10)]
     assert sorted(chunks.readers) == list(range(10))
     # 0 and 1 are asked for before there is an order in it.
-    assert all(chunks.readers[n].startswith('unpack') for n in range(2, 10))
+    assert all(chunks.readers[n].startswith('prefetch') for n in range(2, 10))
 
 
 @pytest.mark.parametrize('numbers', [(7, 3, 9, 1), (5, 5), (9, 8, 7)])
 def test_without_an_order_nothing_is_read_that_nobody_asked_for(numbers: tuple[int, ...]) -> None:
     chunks = Chunks()
-    reader = Ahead(chunks.read, chunks.size_of)
+    reader = Prefetcher(chunks.read, chunks.size_of)
     assert [reader.get(n) for n in numbers] == [f'chunk {n}' for n in numbers]
     reader.close()
     assert chunks.readers.keys() == set(numbers)
-    assert not any(name.startswith('unpack') for name in chunks.readers.values())
+    assert not any(name.startswith('prefetch') for name in chunks.readers.values())
 
 
-@pytest.mark.parametrize(('size', 'begun'), [(WORTH - 1, 0), (ROOM // 2, 2), (ROOM + 1, 0)])
+@pytest.mark.parametrize(
+    ('size', 'begun'), [(MIN_SIZE - 1, 0), (MAX_PENDING // 2, 2), (MAX_PENDING + 1, 0)]
+)
 def test_small_chunks_are_not_worth_it_and_huge_ones_have_no_room(size: int, begun: int) -> None:
     chunks = Chunks(size)
-    reader = Ahead(chunks.read, chunks.size_of)
+    reader = Prefetcher(chunks.read, chunks.size_of)
     reader.get(0)
     reader.get(1)
     reader.close()
@@ -81,23 +83,23 @@ def test_small_chunks_are_not_worth_it_and_huge_ones_have_no_room(size: int, beg
 
 def test_closing_waits_for_what_is_being_read() -> None:
     chunks = Chunks()
-    reader = Ahead(chunks.read, chunks.size_of)
+    reader = Prefetcher(chunks.read, chunks.size_of)
     reader.get(0)
     # 1 is read here, 2 to 4 by the others, who have to wait.
     chunks.gate.clear()
     threading.Timer(0.2, chunks.gate.set).start()
     reader.get(1)
     reader.close()
-    assert not any(t.name.startswith('unpack') for t in threading.enumerate())
+    assert not any(t.name.startswith('prefetch') for t in threading.enumerate())
 
 
 def test_without_threads_it_reads_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     def none_left(*_: object) -> None:
         raise RuntimeError("can't start new thread")
 
-    monkeypatch.setattr(ahead.ThreadPoolExecutor, 'submit', none_left)
+    monkeypatch.setattr(prefetch.ThreadPoolExecutor, 'submit', none_left)
     chunks = Chunks()
-    reader = Ahead(chunks.read, chunks.size_of)
+    reader = Prefetcher(chunks.read, chunks.size_of)
     assert [reader.get(n) for n in range(4)] == [f'chunk {n}' for n in range(4)]
     reader.close()
 
@@ -122,7 +124,7 @@ def test_a_camera_is_read_the_same_with_and_without_threads(
         file.write_bytes(data)
         told = []
         for threads in (2, 1):
-            monkeypatch.setattr(ahead, 'THREADS', threads)
+            monkeypatch.setattr(prefetch, 'THREADS', threads)
             with open_bag(path) as bag:
                 records = list(bag.records())
                 told.append((records, bag.warnings, bag.complete))

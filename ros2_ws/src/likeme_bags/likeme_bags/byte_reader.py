@@ -1,30 +1,23 @@
-"""Reading little-endian fields from bytes whose lengths nobody vouches for."""
+"""Little-endian fields of a buffer; every length is checked before it is used."""
 
 from __future__ import annotations
 
-import struct
-
 from likeme_bags.errors import DamagedError
 
-_U16 = struct.Struct('<H')
-_U32 = struct.Struct('<I')
-_U64 = struct.Struct('<Q')
 
+class ByteReader:
+    """A position in a buffer."""
 
-class Cursor:
-    """A position in a buffer; every read is checked against the end before it happens."""
-
-    __slots__ = ('at', 'buffer', 'end')
+    __slots__ = ('at', 'buffer')
 
     def __init__(self, buffer: bytes | memoryview, at: int = 0) -> None:
         self.buffer = memoryview(buffer)
         self.at = at
-        self.end = len(buffer)
 
     @property
     def left(self) -> int:
         """Bytes not yet read."""
-        return self.end - self.at
+        return len(self.buffer) - self.at
 
     def take(self, size: int) -> memoryview:
         """The next bytes, not copied."""
@@ -33,25 +26,13 @@ class Cursor:
         self.at += size
         return self.buffer[self.at - size : self.at]
 
-    def u8(self) -> int:
-        """An unsigned byte."""
-        return self.take(1)[0]
-
-    def u16(self) -> int:
-        """Two bytes."""
-        return int(_U16.unpack(self.take(2))[0])
-
-    def u32(self) -> int:
-        """Four bytes."""
-        return int(_U32.unpack(self.take(4))[0])
-
-    def u64(self) -> int:
-        """Eight bytes."""
-        return int(_U64.unpack(self.take(8))[0])
+    def number(self, size: int) -> int:
+        """An unsigned number of `size` bytes."""
+        return int.from_bytes(self.take(size), 'little')
 
     def block(self) -> memoryview:
         """Bytes after their length of four bytes."""
-        return self.take(self.u32())
+        return self.take(self.number(4))
 
     def text(self) -> str:
         """UTF-8 after its length of four bytes."""

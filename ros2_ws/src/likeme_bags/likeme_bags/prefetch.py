@@ -1,8 +1,7 @@
-"""Chunks unpacked by other threads before they are asked for.
+"""Chunks decompressed by other threads before they are asked for.
 
-Unpacking a Kinect's noise takes longer than all else that reading does (1.7 of 2.4 ms a frame by
-zstd), and zstd, lz4, CRC-32 and `pread` let go of Python's lock meanwhile. Who reads one chunk
-after the other has those that follow unpacked by the other cores.
+Decompressing camera noise takes longer than the rest of reading (1.7 of 2.4 ms a frame by zstd),
+and zstd, lz4, CRC-32 and `pread` release Python's lock meanwhile.
 """
 
 from __future__ import annotations
@@ -14,18 +13,18 @@ from typing import Generic, TypeVar
 
 T = TypeVar('T')
 
-#: Decompressed bytes that may be on their way or wait to be asked for.
-ROOM = 32 * 2**20
-#: A chunk of fewer bytes is not worth a thread.
-WORTH = 2**17
+#: Decompressed bytes that may be under way or wait to be asked for.
+MAX_PENDING = 32 * 2**20
+#: A chunk of fewer bytes is decompressed where it is asked for.
+MIN_SIZE = 2**17
 #: Threads at most; with more, the one that asks would only wait for Python's lock.
 THREADS = 2
 #: Chunks begun beyond the one that is asked for, at most.
 DEPTH = 3
 
 
-class Ahead(Generic[T]):
-    """Gives chunks by their number, and begins those that come next."""
+class Prefetcher(Generic[T]):
+    """Gives chunks by their number; when they are asked for in order, the next ones are begun."""
 
     def __init__(self, read: Callable[[int], T], size_of: Callable[[int], int]) -> None:
         """Nothing is begun yet.
@@ -40,7 +39,7 @@ class Ahead(Generic[T]):
         self._last = -2
 
     def get(self, number: int) -> T:
-        """The chunk of this number; if it follows the last one, the next ones are begun."""
+        """The chunk of this number."""
         in_order = number == self._last + 1
         self._last = number
         future = self._begun.pop(number, None)
@@ -50,34 +49,31 @@ class Ahead(Generic[T]):
         return self._read(number) if future is None else future.result()
 
     def close(self) -> None:
-        """Let go of what was begun; nothing is read any more when this returns."""
+        """Drop what was begun; nothing is read any more when this returns."""
         self._forget()
         if self._pool is not None:
             self._pool.shutdown(cancel_futures=True)
             self._pool = None
 
     def _begin(self, first: int) -> None:
-        room = ROOM
+        room = MAX_PENDING
         for number in range(first, first + DEPTH):
             size = self._size_of(number)
             room -= size
-            if size < WORTH or room < 0:
+            if size < MIN_SIZE or room < 0:
                 return
             if number not in self._begun:
+                if self._pool is None:
+                    self._pool = ThreadPoolExecutor(self._threads, 'prefetch')
                 try:
-                    self._begun[number] = self._executor().submit(self._read, number)
+                    self._begun[number] = self._pool.submit(self._read, number)
                 except RuntimeError:
                     # The system gives no more threads: all is read where it is asked for.
                     self._threads = 1
                     return
 
     def _forget(self, up_to: int | None = None) -> None:
-        """Let go of chunks up to this one, which nobody will ask for now; None: of all."""
+        """Drop chunks up to this one, which nobody will ask for now; None: all."""
         for number in list(self._begun):
             if up_to is None or number <= up_to:
                 self._begun.pop(number).cancel()
-
-    def _executor(self) -> ThreadPoolExecutor:
-        if self._pool is None:
-            self._pool = ThreadPoolExecutor(self._threads, 'unpack')
-        return self._pool

@@ -1,6 +1,6 @@
 """Damage bags at random and see that reading them stays honest.
 
-    ./scripts/run.sh python -m likeme_bags.fuzz --runs 100000 --seed 0
+    ./scripts/run.sh python ros2_ws/src/likeme_bags/test/fuzz_bags.py --runs 100000 --seed 0
 
 For every damaged bag: only BagError is raised; memory stays bounded (the process limits itself);
 where checksums cover the messages, every message passed on is one of those written; and never are
@@ -20,10 +20,10 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import typer
+from sample_bags import KINDS, sample_records
 
 from likeme_bags.errors import BagError
 from likeme_bags.reading import open_bag
-from likeme_bags.samples import KINDS, sample_records
 from likeme_bags.values import Record
 
 # What this process may take in all while it reads bags of some 50 kB, bytes.

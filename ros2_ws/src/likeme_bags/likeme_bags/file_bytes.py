@@ -13,7 +13,7 @@ class FileBytes:
     """An opened file of a size that is read once."""
 
     def __init__(self, path: Path) -> None:
-        self.name = path.name
+        self.path, self.name = path, path.name
         try:
             self._handle = os.open(path, os.O_RDONLY)
         except OSError as error:
