@@ -5,106 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
+from likeme_bags.camera_topics import COLOUR, DEPTH, without_slash
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image, encoding_of, image_record
 from likeme_bags.reading import Bag
 from likeme_bags.typestores import full_name, jazzy_definition, typestore_of
 from likeme_bags.values import Record, Topic
 
-CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
-COLOUR = 'camera/rgb/image_rect_color'
-INFO = 'camera/rgb/camera_info'
-DEPTH = 'camera/depth_registered/image_rect'
-# Names that drivers give the three, best first: registered depth before unregistered, rectified
-# before raw. Without the leading slash and the transport's suffix.
-KNOWN_NAMES: Mapping[str, tuple[str, ...]] = {
-    COLOUR: (
-        COLOUR,
-        'camera/rgb/image_color',
-        'camera/rgb/image_raw',
-        'camera/rgb/image_rect',
-        'camera/color/image_rect',
-        'camera/color/image_raw',
-        'kinect2/qhd/image_color_rect',
-        'kinect2/sd/image_color_rect',
-        'kinect2/hd/image_color_rect',
-        'rgb_to_depth/image_raw',
-        'rgb/image_raw',
-    ),
-    DEPTH: (
-        DEPTH,
-        'camera/depth_registered/image_raw',
-        'camera/depth_registered/hw_registered/image_rect',
-        'camera/depth_registered/hw_registered/image_rect_raw',
-        'camera/depth_registered/image',
-        'camera/aligned_depth_to_color/image_raw',
-        'kinect2/qhd/image_depth_rect',
-        'kinect2/sd/image_depth_rect',
-        'kinect2/hd/image_depth_rect',
-        'depth_to_rgb/image_raw',
-        'camera/depth/image_rect',
-        'camera/depth/image',
-        'camera/depth/image_raw',
-    ),
-    INFO: (
-        INFO,
-        'camera/depth_registered/camera_info',
-        'camera/color/camera_info',
-        'camera/aligned_depth_to_color/camera_info',
-        'kinect2/qhd/camera_info',
-        'kinect2/sd/camera_info',
-        'kinect2/hd/camera_info',
-        'rgb/camera_info',
-        'camera/depth/camera_info',
-    ),
-}
 # Raw colour that perception reads; others are converted if they can be.
 _COLOUR_ENCODINGS = ('rgb8', 'bgr8', 'rgba8', 'bgra8')
-_TRANSPORTS = ('', '/compressed', '/compressedDepth')
-_WANTED = {COLOUR: (IMAGE, COMPRESSED), DEPTH: (IMAGE, COMPRESSED), INFO: (CAMERA_INFO,)}
-
-
-def without_slash(name: str) -> str:
-    """A topic's name without its leading slash."""
-    return name.removeprefix('/')
-
-
-def camera_role(name: str) -> str:
-    """COLOUR, DEPTH or INFO for a topic that drivers are known to call so, else ''."""
-    name = without_slash(name).removesuffix('/compressed').removesuffix('/compressedDepth')
-    return next((target for target, known in KNOWN_NAMES.items() if name in known), '')
-
-
-def camera_remap(bag: Bag, given: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Names in the bag to the three of the cell's camera; `given` names go before known ones.
-
-    Raises:
-        BagError: one of the three is not there, or of a type that cannot be used.
-    """
-    remap = dict(given or {})
-    for target, known in KNOWN_NAMES.items():
-        chosen = [name for name, new in remap.items() if without_slash(new) == target]
-        topic = _first(bag, chosen or [f'{n}{end}' for n in known for end in _TRANSPORTS])
-        if topic is None:
-            have = ', '.join(f'{t.name} ({t.type})' for t in bag.topics) or 'no topics'
-            wanted = ' or '.join(_WANTED[target])
-            names = ', '.join(chosen) or target
-            raise BagError(f'Expected {names} of {wanted}, got {have}; see --remap.')
-        if topic.type not in _WANTED[target]:
-            wanted = ' or '.join(_WANTED[target])
-            raise BagError(f'{topic.name} as {target}: expected {wanted}, got {topic.type}.')
-        remap[topic.name] = next(
-            (new for new in remap.values() if without_slash(new) == target), target
-        )
-    return remap
-
-
-def _first(bag: Bag, names: Collection[str]) -> Topic | None:
-    """The first of these topics that has messages."""
-    there = {without_slash(topic.name): topic for topic in bag.topics if topic.count}
-    return next(
-        (there[without_slash(name)] for name in names if without_slash(name) in there), None
-    )
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_bags.adapting import (
+from likeme_bags.camera_topics import (
     CAMERA_INFO,
     COLOUR,
     DEPTH,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_bags.adapting import COLOUR, DEPTH, camera_role
+from likeme_bags.camera_topics import COLOUR, DEPTH, camera_role
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import Bag

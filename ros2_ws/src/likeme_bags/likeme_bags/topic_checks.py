@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.interfaces import Qos, QosDurability, QosReliability
 
-from likeme_bags.adapting import without_slash
+from likeme_bags.camera_topics import without_slash
 from likeme_bags.check_results import CheckResult, fail, ok, warn
 from likeme_bags.errors import LIBRARY_ERRORS, BagError, UnsupportedError
 from likeme_bags.reading import Bag

@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Collection, Mapping, Sequence
 
-from likeme_bags.adapting import without_slash
+from likeme_bags.camera_topics import without_slash
 from likeme_bags.errors import BagError
 from likeme_bags.reading import Bag
 from likeme_bags.values import Topic

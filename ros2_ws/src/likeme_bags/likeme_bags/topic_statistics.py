@@ -9,7 +9,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_bags.adapting import CAMERA_INFO
+from likeme_bags.camera_topics import CAMERA_INFO
 from likeme_bags.errors import BagError, UnsupportedError
 from likeme_bags.headers import has_header, header_stamp
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image

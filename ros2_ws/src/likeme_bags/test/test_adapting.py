@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from sample_bags import BEGIN, STRING, sample_records, text_record
 
-from likeme_bags.adapting import COLOUR, DEPTH, INFO, Adaptation, camera_remap
+from likeme_bags.adapting import Adaptation
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO, camera_remap
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import open_bag

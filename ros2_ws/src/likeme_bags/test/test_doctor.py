@@ -10,8 +10,8 @@ import pytest
 from sample_bags import STRING, text_record
 from typer.testing import CliRunner
 
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.bag_console import app
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.check_results import Level
 from likeme_bags.doctor import examine
 from likeme_bags.images import IMAGE, DecodedImage, image_record

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.durable import DurableWriter
 from likeme_bags.errors import BagError
 from likeme_core.cli import Domain

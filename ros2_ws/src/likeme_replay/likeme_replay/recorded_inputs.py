@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from likeme_bags.adapting import CAMERA_INFO, COLOUR, DEPTH, INFO
+from likeme_bags.camera_topics import CAMERA_INFO, COLOUR, DEPTH, INFO
 from likeme_bags.errors import BagError
 from likeme_bags.headers import header_stamp
 from likeme_bags.images import IMAGE

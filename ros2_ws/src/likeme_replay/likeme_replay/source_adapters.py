@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from likeme_bags.adapting import Adaptation, camera_remap
+from likeme_bags.adapting import Adaptation
+from likeme_bags.camera_topics import camera_remap
 from likeme_bags.reading import Bag
 from likeme_bags.values import Record
 from likeme_replay.recorded_inputs import CAMERA_TOPICS, REPLAY_TOPICS, RecordSource

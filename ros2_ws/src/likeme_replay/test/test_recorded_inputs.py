@@ -9,7 +9,7 @@ import pytest
 
 import camera_messages
 from likeme_arm_sim.scene import CameraMount
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.errors import BagError
 from likeme_bags.values import Record
 from likeme_inference.session_inputs import InputKind, SessionInput

@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.headers import header_stamp
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_inference.session_inputs import InputKind, SessionInput
