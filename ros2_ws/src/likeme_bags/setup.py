@@ -16,6 +16,7 @@ setup(
         'lz4',
         'numpy',
         'opencv-python-headless',
+        'pillow',
         'pyarrow',
         'pyyaml',
         'rosbags',
