@@ -11,7 +11,7 @@ from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import State
 
 
-class Ending(NamedTuple):
+class PrimitiveResult(NamedTuple):
     """Outcome of a motion and a sentence for people."""
 
     outcome: MotionOutcome
@@ -33,7 +33,7 @@ class ObjectView:
 
 
 # What the camera says about an object, by name; None when it never saw it.
-Look = Callable[[str], ObjectView | None]
+ViewOf = Callable[[str], ObjectView | None]
 
 
 class Motion(Protocol):

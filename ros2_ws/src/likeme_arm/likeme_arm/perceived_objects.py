@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from likeme_arm.motion import ObjectView
 
 
-class Sightings:
+class PerceivedObjects:
     """The last table state, by its stamp, ns; what was seen before a reset is not believed."""
 
     def __init__(self, timeout: float) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_arm.motion import Ending, Look, Motion, ObjectView
+from likeme_arm.motion import Motion, ObjectView, PrimitiveResult, ViewOf
 from likeme_arm.tool_pose import NoSolutionError, ToolPose, wrap_half_turn
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.table import Table
@@ -69,7 +69,7 @@ LOST = 'the object slipped from the fingers while it was lifted'
 
 def place(
     motion: Motion, table: Table, name: str, view: ObjectView, target: State, s: PrimitiveSettings
-) -> Ending:
+) -> PrimitiveResult:
     """Grasp across the minor axis above the perceived centroid; if it holds, carry to `target`."""
     above = ToolPose(view.x, view.y, s.clear_height, wrap_half_turn(view.yaw))
     motion.open_gripper()
@@ -85,26 +85,26 @@ def place(
         motion.open_gripper()
         motion.move_home()
         reason = LOST if grasped else LIFT_CLEAR
-        return Ending(MotionOutcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
+        return PrimitiveResult(MotionOutcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
     return _carry(motion, table, name, above, target, s)
 
 
 def _carry(
     motion: Motion, table: Table, name: str, above: ToolPose, target: State, s: PrimitiveSettings
-) -> Ending:
+) -> PrimitiveResult:
     spot = drop_spot(table, above, target, s)
     motion.move_to(spot.lifted_to(s.carry_height), s.fast)
     if not motion.holding():
         motion.open_gripper()
         motion.move_home()
-        return Ending(
+        return PrimitiveResult(
             MotionOutcome.NOT_GRASPED, f'The {name} was lost on the way to {target.name}.'
         )
     motion.move_to(spot, s.gentle * 1.8)
     motion.open_gripper()
     motion.move_to(spot.lifted_to(s.clear_height), s.fast)
     motion.move_home()
-    return Ending(MotionOutcome.COMPLETED, f'The {name} was set down at {target.name}.')
+    return PrimitiveResult(MotionOutcome.COMPLETED, f'The {name} was set down at {target.name}.')
 
 
 def drop_spot(table: Table, held: ToolPose, target: State, s: PrimitiveSettings) -> ToolPose:
@@ -120,13 +120,13 @@ def drop_spot(table: Table, held: ToolPose, target: State, s: PrimitiveSettings)
 
 def push(
     motion: Motion,
-    look: Look,
+    look: ViewOf,
     table: Table,
     name: str,
     view: ObjectView,
     target: State,
     s: PrimitiveSettings,
-) -> Ending:
+) -> PrimitiveResult:
     """From behind the perceived centroid, push until the perceived state becomes `target`.
 
     Raises:
@@ -153,7 +153,7 @@ def push(
     motion.move_to(motion.tool.lifted_to(s.clear_height), s.fast, free=s.clear_height)
     motion.move_home()
     until = 'until it was seen there' if seen else 'to the end of the way, where it was not seen'
-    return Ending(
+    return PrimitiveResult(
         MotionOutcome.COMPLETED, f'The {name} was pushed towards {target.name}, {until}.'
     )
 
@@ -192,8 +192,8 @@ def _further(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
 
 
 def act(
-    motion: Motion, look: Look, table: Table, name: str, action: Action, s: PrimitiveSettings
-) -> Ending:
+    motion: Motion, look: ViewOf, table: Table, name: str, action: Action, s: PrimitiveSettings
+) -> PrimitiveResult:
     """Do one of the six actions to an object where it is perceived now."""
     view = look(name)
     refused = refusal(table, name, view)
@@ -208,18 +208,18 @@ def act(
         retreat(motion, table, s)
         verb = 'push' if action.manner is Manner.PUSH else 'place'
         reason = f'The arm does not reach far enough to {verb} the {name}. {error}'
-        return Ending(MotionOutcome.NO_IK_SOLUTION, reason)
+        return PrimitiveResult(MotionOutcome.NO_IK_SOLUTION, reason)
 
 
-def refusal(table: Table, name: str, view: ObjectView | None) -> Ending | None:
+def refusal(table: Table, name: str, view: ObjectView | None) -> PrimitiveResult | None:
     """Why the robot cannot even try, if so."""
     if view is None:
-        return Ending(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} has not been seen.')
+        return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} has not been seen.')
     if view.state is State.OFFTABLE:
         reason = f'The {name} is OFFTABLE, where the robot cannot pick it up.'
-        return Ending(MotionOutcome.OBJECT_OFFTABLE, reason)
+        return PrimitiveResult(MotionOutcome.OBJECT_OFFTABLE, reason)
     if view.state is None:
-        return Ending(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} is covered from view.')
+        return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} is covered from view.')
     top = table.top
     # NaN fails every comparison, so it is refused as well.
     inside_x = top.x_min - MARGIN <= view.x <= top.x_max + MARGIN
@@ -230,7 +230,7 @@ def refusal(table: Table, name: str, view: ObjectView | None) -> Ending | None:
             f'y {top.y_min:.2f} to {top.y_max:.2f} m, got x {view.x:.2f}, y {view.y:.2f}, '
             f'yaw {view.yaw:.2f}.'
         )
-        return Ending(MotionOutcome.OBJECT_NOT_SEEN, reason)
+        return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, reason)
     return None
 
 

@@ -10,10 +10,10 @@ import pybullet
 
 from likeme_arm.tool_pose import NoSolutionError, ToolPose
 from likeme_arm_sim.gripper import OPEN_WIDTH, Gripper
+from likeme_arm_sim.joint_path import JointPath, trapezoidal_profile
 from likeme_arm_sim.kinematics import ARM_JOINTS, HOME, Kinematics, Vector, load_panda
-from likeme_arm_sim.paths import Path, travel
 from likeme_arm_sim.physics import GripperPhysics
-from likeme_arm_sim.world import TIME_STEP, Pose
+from likeme_arm_sim.physics_world import TIME_STEP, Pose
 
 BASE_LINK = 'panda_link0'
 
@@ -42,7 +42,7 @@ class Arm:
         self._client, self._kinematics, self._tick = client, kinematics, tick
         self.speed = speed
         # In searches swings through free space, which touch nothing, take no time.
-        self.swift = False
+        self.skip_free_space = False
         self.body = load_panda(client)
         self._links = {
             client.getJointInfo(self.body, joint)[12].decode(): joint
@@ -115,26 +115,28 @@ class Arm:
     ) -> bool:
         """Move in a straight line at `speed` m/s; stop early once `until` holds, and return True.
 
-        The first `free` m of the line touch nothing: a swift arm jumps over them.
+        The first `free` m of the line touch nothing: a skip_free_space arm jumps over them.
 
         Raises:
             NoSolutionError: the line leaves the arm's reach; the arm has gone as far as it can.
         """
         path = self._line(pose)
-        if self.swift and free > 0.0 and path.failure is None:
+        if self.skip_free_space and free > 0.0 and path.failure is None:
             path = path.after(free)
             self._jump(path.joints[0])
         limit = path.greatest_speed(0.9 * self._kinematics.max_velocity)
         limited = min(speed * self.speed, limit)
-        stopped = self._follow(path, travel(path.distance[-1], limited, LINE_ACCELERATION), until)
+        stopped = self._follow(
+            path, trapezoidal_profile(path.distance[-1], limited, LINE_ACCELERATION), until
+        )
         if path.failure is not None and not stopped:
             raise path.failure
         return stopped
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
-        """Open the fingers to `width` m; a swift arm does not wait for fingers that are open."""
+        """Open the fingers to `width` m; with skip_free_space, do not wait if they are open."""
         self._gripper.command(width)
-        if not (self.swift and self._gripper.there):
+        if not (self.skip_free_space and self._gripper.there):
             self.wait(0.25)
 
     def close_gripper(self) -> float:
@@ -153,7 +155,7 @@ class Arm:
             self._tick()
 
     def _swing(self, goal: Vector) -> None:
-        if self.swift:
+        if self.skip_free_space:
             self._jump(goal)
             return
         start = self.joints
@@ -162,8 +164,10 @@ class Arm:
         # The joint that needs longest sets the pace; the distance is in units of its travel.
         slowest = int(np.argmax(np.abs(change) / limits))
         length = abs(float(change[slowest]))
-        path = Path(np.array([0.0, max(length, 1e-6)]), np.array([start, goal]))
-        steps = travel(length, float(limits[slowest]), JOINT_ACCELERATION * self.speed)
+        path = JointPath(np.array([0.0, max(length, 1e-6)]), np.array([start, goal]))
+        steps = trapezoidal_profile(
+            length, float(limits[slowest]), JOINT_ACCELERATION * self.speed
+        )
         self._follow(path, steps, None)
 
     def _jump(self, joints: Vector) -> None:
@@ -171,7 +175,7 @@ class Arm:
             self._client.resetJointState(self.body, joint, float(angle))
         self._command(joints, np.zeros(7))
 
-    def _line(self, goal: ToolPose) -> Path:
+    def _line(self, goal: ToolPose) -> JointPath:
         start, joints = self.tool, self.joints
         turn = (goal.yaw - start.yaw + np.pi) % (2 * np.pi) - np.pi
         length = float(np.linalg.norm(goal.position - start.position))
@@ -189,9 +193,9 @@ class Arm:
             found.append(fraction * max(length, 0.05))
         if len(ways) == 1:
             raise failure or NoSolutionError('Expected a line of some length, got none.')
-        return Path(np.array(found), np.array(ways), failure)
+        return JointPath(np.array(found), np.array(ways), failure)
 
-    def _follow(self, path: Path, steps: Vector, until: Callable[[], bool] | None) -> bool:
+    def _follow(self, path: JointPath, steps: Vector, until: Callable[[], bool] | None) -> bool:
         targets = path.at(steps)
         velocities = np.gradient(targets, TIME_STEP, axis=0) if len(targets) > 1 else targets * 0
         ways = zip(targets.tolist(), velocities.tolist(), strict=True)

@@ -22,9 +22,9 @@ from std_srvs.srv import Trigger
 
 from likeme_arm_sim import messages
 from likeme_arm_sim.cell import Cell, MotionResult
-from likeme_arm_sim.driver import Driver
 from likeme_arm_sim.node_settings import SETTINGS, cell_settings, driver_settings
 from likeme_arm_sim.scene import CAMERA_FRAME, Scene
+from likeme_arm_sim.simulation_driver import SimulationDriver
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros import parameters
 from likeme_core.ros.spin import run_node
@@ -64,7 +64,7 @@ class ArmDriverNode(Node):
 
         self._cell = Cell(Scene(), values['seed'], cell_settings(values))
         settings = driver_settings(values)
-        self._driver = Driver(self._cell, settings, self._publish_due, self._on_error)
+        self._driver = SimulationDriver(self._cell, settings, self._publish_due, self._on_error)
         self._driver.real_time_factor = values['real_time_factor']
         self._publishes_clock = values['publish_clock']
         self._counts = Counter(frames=0, motions=0, refused=0, table_states_dropped=0)
@@ -166,7 +166,7 @@ class ArmDriverNode(Node):
             self._counts['table_states_dropped'] += 1
             self.get_logger().warning(str(error), throttle_duration_sec=LOG_PERIOD)
             return
-        self._driver.sightings.take(stamp_ns(message.header.stamp), views)
+        self._driver.perceived.take(stamp_ns(message.header.stamp), views)
 
     def _on_error(self, error: Exception) -> None:
         told = ''.join(traceback.format_exception(error)).strip()

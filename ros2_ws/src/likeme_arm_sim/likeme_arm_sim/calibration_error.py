@@ -16,7 +16,7 @@ from likeme_arm.tool_pose import ToolPose
 from likeme_arm_sim.physics import ArmAccuracy
 
 
-def draw_offset(accuracy: ArmAccuracy, rng: np.random.Generator) -> ToolPose:
+def draw_calibration_offset(accuracy: ArmAccuracy, rng: np.random.Generator) -> ToolPose:
     """True pose minus believed pose of the hand for one motion (m, m, m, rad)."""
     x, y, z, turn = rng.normal(size=4)
     return ToolPose(
@@ -27,7 +27,7 @@ def draw_offset(accuracy: ArmAccuracy, rng: np.random.Generator) -> ToolPose:
     )
 
 
-class InexactMotion:
+class MiscalibratedMotion:
     """A Motion whose true poses are the commanded ones plus an offset."""
 
     def __init__(

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from likeme_arm_sim.arm import Arm
-from likeme_arm_sim.backdrop import cell_background
+from likeme_arm_sim.background import cell_background
 from likeme_arm_sim.human_hand import HumanHand
 from likeme_arm_sim.kinect import Kinect, RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
-from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.panda_meshes import panda_links
+from likeme_arm_sim.physics_world import PhysicsWorld
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody
 from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import TOYS
-from likeme_arm_sim.world import World
 
 
 class CellCamera:
@@ -22,7 +22,7 @@ class CellCamera:
     def __init__(
         self,
         scene: Scene,
-        world: World,
+        world: PhysicsWorld,
         arm: Arm,
         hand: HumanHand,
         noise: KinectNoise | None,

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pybullet
 
-from likeme_arm_sim.hand import Posture, Side, hand_parts
+from likeme_arm_sim.hand_shapes import Posture, Side, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh
+from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld, Vector
 from likeme_arm_sim.toys import collision_shape
-from likeme_arm_sim.world import TIME_STEP, Vector, World
 
 # Beyond the far edge of the camera's picture, forearm included (test_demonstrator.py projects it).
 AWAY = np.array([1.75, 0.0, 0.30])
@@ -29,7 +29,7 @@ class HumanHand:
     Positions are of the hand frame's origin (see hand.py), m, base_link.
     """
 
-    def __init__(self, world: World, tick: Callable[[], None]) -> None:
+    def __init__(self, world: PhysicsWorld, tick: Callable[[], None]) -> None:
         self._world, self._tick, self._client = world, tick, world.client
         self._physics = world.physics.hand
         self._bodies = {side: self._add_body(side) for side in Side}

@@ -33,7 +33,9 @@ class Placement(NamedTuple):
     yaw: float
 
 
-def wanted_states(scene: Scene, objects: Sequence[str], states: Sequence[int]) -> dict[str, State]:
+def checked_states(
+    scene: Scene, objects: Sequence[str], states: Sequence[int]
+) -> dict[str, State]:
     """Named objects with the states they are wanted in.
 
     Raises:

@@ -15,8 +15,8 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.cell import MotionResult
-from likeme_arm_sim.driver import Driver
 from likeme_arm_sim.scene import CameraMount
+from likeme_arm_sim.simulation_driver import SimulationDriver
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
@@ -85,7 +85,7 @@ def _view(item: ObjectState) -> ObjectView:
 
 
 def motion_response(
-    result: MotionResult, driver: Driver, response: ExecuteAction.Response
+    result: MotionResult, driver: SimulationDriver, response: ExecuteAction.Response
 ) -> ExecuteAction.Response:
     """How a motion ended, on the driver's clock."""
     response.success = result.outcome is MotionOutcome.COMPLETED
@@ -96,12 +96,12 @@ def motion_response(
     return response
 
 
-def diagnostics_message(driver: Driver, counts: Mapping[str, Any]) -> DiagnosticArray:
+def diagnostics_message(driver: SimulationDriver, counts: Mapping[str, Any]) -> DiagnosticArray:
     """Whether the cell is held, moving or idle, and some counts."""
     held = driver.cell.held
     level = DiagnosticStatus.WARN if held else DiagnosticStatus.OK
     said = 'held' if held else 'moving' if driver.busy else 'idle'
-    age = driver.sightings.age(driver.now)
+    age = driver.perceived.age(driver.now)
     values = {**counts, 'errors': driver.errors, 'table_state_age_s': f'{age:.2f}'}
     stamp = time_msg(driver.now)
     return diagnostics_msg('arm_driver', level, said, values, stamp, 'simulated cell')

@@ -7,21 +7,21 @@ from collections.abc import Callable
 
 import numpy as np
 
-from likeme_arm.motion import Ending
-from likeme_arm_sim.world import World
+from likeme_arm.motion import PrimitiveResult
+from likeme_arm_sim.physics_world import PhysicsWorld
 from likeme_core.outcomes import MotionOutcome
 
 OnTick = Callable[[], None]
 
 
-class StoppedError(Exception):
+class MotionStoppedError(Exception):
     """The motion in progress was stopped before this control step."""
 
 
-class Steering:
+class MotionController:
     """One motion at a time. Not thread-safe, but for `hold` and `resume`."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: PhysicsWorld) -> None:
         self._world = world
         self._held = threading.Event()
         self._on_tick: OnTick | None = None
@@ -44,21 +44,21 @@ class Steering:
         """Let one control step pass: what arm and hand call in every motion.
 
         Raises:
-            StoppedError: motion is held, or its time is used up.
+            MotionStoppedError: motion is held, or its time is used up.
         """
         if self.held or self._world.time >= self._deadline:
-            raise StoppedError
+            raise MotionStoppedError
         self._world.step()
         if self._on_tick is not None:
             self._on_tick()
 
     def run(
         self,
-        motion: Callable[[], Ending],
+        motion: Callable[[], PrimitiveResult],
         halt: Callable[[], None],
         on_tick: OnTick | None = None,
         budget: float = np.inf,
-    ) -> Ending:
+    ) -> PrimitiveResult:
         """Carry out a motion; however it is broken off, `halt` is called.
 
         Args:
@@ -70,10 +70,10 @@ class Steering:
         self._on_tick, self._deadline = on_tick, self._world.time + budget
         try:
             return motion()
-        except StoppedError:
+        except MotionStoppedError:
             halt()
             outcome = MotionOutcome.HELD if self.held else MotionOutcome.FAILED
-            return Ending(outcome, self._stopped_because())
+            return PrimitiveResult(outcome, self._stopped_because())
         except BaseException:
             # Nobody steers any more: without this the arm would go on to its last target.
             halt()

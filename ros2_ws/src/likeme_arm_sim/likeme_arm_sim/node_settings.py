@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from likeme_arm_sim.cell import CellSettings
-from likeme_arm_sim.driver import DriverSettings
+from likeme_arm_sim.simulation_driver import SimulationSettings
 from likeme_core.settings import Setting
 from likeme_core.tabletop import State
 
@@ -42,9 +42,9 @@ def cell_settings(values: Mapping[str, Any]) -> CellSettings:
     )
 
 
-def driver_settings(values: Mapping[str, Any]) -> DriverSettings:
+def driver_settings(values: Mapping[str, Any]) -> SimulationSettings:
     """What the one who drives it is told."""
-    return DriverSettings(
+    return SimulationSettings(
         values['camera_rate'], values['motion_budget'], values['table_state_timeout']
     )
 

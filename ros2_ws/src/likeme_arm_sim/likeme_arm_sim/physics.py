@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 
 from likeme_arm.primitives import PrimitiveSettings
-from likeme_arm_sim.fitted import fitted, values
+from likeme_arm_sim.fitted_parameters import fitted, fitted_values
 
 
 @dataclass(frozen=True)
@@ -111,11 +111,11 @@ def fitted_fields(name: str, parameters: Mapping[str, float]) -> dict[str, float
 
 TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
     {
-        'pear': ToyPhysics(**fitted_fields('pear', values())),
-        'lemon': ToyPhysics(**fitted_fields('lemon', values())),
+        'pear': ToyPhysics(**fitted_fields('pear', fitted_values())),
+        'lemon': ToyPhysics(**fitted_fields('lemon', fitted_values())),
         # It slides and does not roll: what it would do rolling is not fitted.
         'chicken': ToyPhysics(
-            rolling_friction=0.0020, restitution=0.05, **fitted_fields('chicken', values())
+            rolling_friction=0.0020, restitution=0.05, **fitted_fields('chicken', fitted_values())
         ),
     }
 )
@@ -123,7 +123,7 @@ TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
 
 def fitted_primitives(parameters: Mapping[str, float] | None = None) -> PrimitiveSettings:
     """How the simulated robot acts: by the fitted parameters, or by other values of them."""
-    given = values() if parameters is None else parameters
+    given = fitted_values() if parameters is None else parameters
     return PrimitiveSettings(
         **{f.name: given[f.name] for f in fields(PrimitiveSettings) if f.name in given}
     )

@@ -62,7 +62,7 @@ class Rendering(NamedTuple):
     depth: NDArray[np.float32]
 
 
-class View:
+class CameraProjection:
     """A camera's fixed projection, and the maths of drawing with it."""
 
     def __init__(self, camera: CameraMount) -> None:
@@ -108,15 +108,15 @@ class MeshRenderer:
     def __init__(
         self, camera: CameraMount, background: Sequence[RenderBody | PaintedPlane] = ()
     ) -> None:
-        self._view = View(camera)
-        _, self._still_inverse, surface = _draw_still(View(camera), background)
+        self._view = CameraProjection(camera)
+        _, self._still_inverse, surface = _draw_still(CameraProjection(camera), background)
         heights = [item.shadows_at for item in background if isinstance(item, PaintedPlane)]
         self._shadows = [
             SoftShadows(camera, LIGHT, height, surface)
             for height in heights
             if height is not None and surface.any()
         ]
-        fine, _, _ = _draw_still(View(_finer(camera, SUPERSAMPLING)), background)
+        fine, _, _ = _draw_still(CameraProjection(_finer(camera, SUPERSAMPLING)), background)
         size = (camera.width, camera.height)
         self._still_rgb = np.asarray(
             cv2.resize(fine, size, interpolation=cv2.INTER_AREA), np.uint8
@@ -162,7 +162,7 @@ def _finer(camera: CameraMount, factor: int) -> CameraMount:
 
 
 def _draw_still(
-    view: View, background: Sequence[RenderBody | PaintedPlane]
+    view: CameraProjection, background: Sequence[RenderBody | PaintedPlane]
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.bool_]]:
     """What never moves: colour (H, W, 3), inverse depth (H, W) and where shadows can fall."""
     shape = (view.camera.height, view.camera.width)

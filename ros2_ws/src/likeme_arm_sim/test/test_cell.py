@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from likeme_arm.motion import Look, ObjectView
+from likeme_arm.motion import ObjectView, ViewOf
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.physics import ArmAccuracy, GripperPhysics, Physics, fitted_primitives
+from likeme_arm_sim.physics_world import TIME_STEP
 from likeme_arm_sim.scene import OBJECTS, Scene
-from likeme_arm_sim.world import TIME_STEP
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, State
 
@@ -58,7 +58,7 @@ def tidy(cell: Cell) -> bool:
     return cell.hand.away and cell.arm.at_home
 
 
-def seen(cell: Cell, noise: float = 0.0, seed: int = 0) -> Look:
+def seen(cell: Cell, noise: float = 0.0, seed: int = 0) -> ViewOf:
     """Perception that is off by a constant of about `noise` m."""
     offset = np.random.default_rng(seed).normal(0.0, noise, 2) if noise else np.zeros(2)
 
@@ -150,7 +150,7 @@ def test_a_held_hand_lets_go_and_leaves(cell: Cell) -> None:
     assert np.allclose(cell.hand.position, place, atol=0.01)
     assert not tidy(cell)
     cell.resume()
-    assert cell.tidy_up().outcome is MotionOutcome.COMPLETED
+    assert cell.clear_table().outcome is MotionOutcome.COMPLETED
     assert tidy(cell)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_arm_sim.hand import Posture, Side, hand_parts
+from likeme_arm_sim.hand_shapes import Posture, Side, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, box, capsule, ellipsoid, hull_from_obj, lathe
 from likeme_arm_sim.toys import TOYS
 

@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from likeme_arm_sim.backdrop import BLUE, cell_background
-from likeme_arm_sim.hand import Posture, hand_parts
+from likeme_arm_sim.background import BLUE, cell_background
+from likeme_arm_sim.hand_shapes import Posture, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, Floats, box, ellipsoid
-from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody, Rendering
 from likeme_arm_sim.scene import CameraMount, Scene
 from likeme_arm_sim.toys import TOYS

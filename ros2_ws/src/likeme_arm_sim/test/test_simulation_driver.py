@@ -9,8 +9,8 @@ import pytest
 
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Cell, MotionResult
-from likeme_arm_sim.driver import Driver, DriverSettings
 from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.simulation_driver import SimulationDriver, SimulationSettings
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import State
 
@@ -24,7 +24,7 @@ class Watched:
         self.told: list[Exception] = []
         self.failing: Exception | None = None
         self.stepped = threading.Event()
-        self.driver = Driver(cell, DriverSettings(), self._on_step, self.told.append)
+        self.driver = SimulationDriver(cell, SimulationSettings(), self._on_step, self.told.append)
         self.driver.real_time_factor = 0.0
         self.driver.start()
 
@@ -107,7 +107,7 @@ def test_a_reset_that_fails_is_told(watched: Watched, monkeypatch: pytest.Monkey
 
 
 def test_a_reset_makes_it_forget_what_was_seen(watched: Watched) -> None:
-    watched.driver.sightings.take(watched.driver.now + 10, CHICKEN)
+    watched.driver.perceived.take(watched.driver.now + 10, CHICKEN)
     job = watched.driver.reset([], [], 0)
     assert job is not None
     job.result(10.0)

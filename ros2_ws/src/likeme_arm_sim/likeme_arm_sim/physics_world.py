@@ -41,7 +41,7 @@ class Pose(NamedTuple):
         return matrix
 
 
-class World:
+class PhysicsWorld:
     """Physics of everything but the arm and the hand, which add themselves to `client`."""
 
     def __init__(

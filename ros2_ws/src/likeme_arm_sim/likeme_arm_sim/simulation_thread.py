@@ -20,7 +20,7 @@ class Job(NamedTuple):
     future: Future[Any]
 
 
-class Worker:
+class SimulationThread:
     """Runs jobs one after another in a thread of its own, and `idle` again and again between them.
 
     Every owner may have one job that runs or waits for the others' to end. A job that fails tells

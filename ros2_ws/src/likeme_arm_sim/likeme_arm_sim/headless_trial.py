@@ -33,7 +33,7 @@ CHECK = 0.1
 
 
 @dataclass(frozen=True)
-class EyeError:
+class PerceptionNoise:
     """Perceived minus true pose: as measured with the whole perception in the cell.
 
     Attributes:
@@ -55,11 +55,11 @@ HAND_SPAN = (0.045, 0.20)
 HAND_SLICES, TOY_MIDDLE = 6, 0.025
 
 
-class Eye:
+class SimulatedPerception:
     """What perception would say about an object during one trial."""
 
-    def __init__(self, cell: Cell, seed: int, error: EyeError | None = None) -> None:
-        error = error or EyeError()
+    def __init__(self, cell: Cell, seed: int, error: PerceptionNoise | None = None) -> None:
+        error = error or PerceptionNoise()
         rng = np.random.default_rng([seed, EYE_STREAM])
         self._cell = cell
         self._shift = rng.normal(0.0, error.noise, 2) + error.bias
@@ -89,7 +89,7 @@ class Eye:
         return False
 
 
-def settings_with(values: Mapping[str, float]) -> CellSettings:
+def settings_from_parameters(values: Mapping[str, float]) -> CellSettings:
     """A cell's settings with values of its own for all parameters of `fitted.py`."""
     toys = {name: replace(toy, **fitted_fields(name, values)) for name, toy in TOY_PHYSICS.items()}
     arm = ArmAccuracy(
@@ -105,29 +105,29 @@ def settings_with(values: Mapping[str, float]) -> CellSettings:
     )
 
 
-def lone_cell(name: str, settings: CellSettings | None = None) -> Cell:
-    """A cell for fast trials: one toy, as the others would lie on the floor, and a swift arm."""
+def single_object_cell(name: str, settings: CellSettings | None = None) -> Cell:
+    """A cell for fast trials: one object, and an arm that skips motion through free space."""
     settings = replace(settings or CellSettings(), initial_states={})
     cell = Cell(Scene(objects=(name,)), 0, settings)
-    cell.arm.swift = True
+    cell.arm.skip_free_space = True
     return cell
 
 
-def try_action(
+def run_trial(
     cell: Cell, name: str, x_i: State, action: Action, seed: int,
-    on_tick: Callable[[], None] | None = None, error: EyeError | None = None,
+    on_tick: Callable[[], None] | None = None, error: PerceptionNoise | None = None,
 ) -> tuple[State, MotionResult]:  # fmt: skip
     """Put an object into `x_i` by seed, act, wait until it rests; its true state then."""
     cell.reset([name], [x_i], seed)
-    eye = Eye(cell, seed, error)
+    eye = SimulatedPerception(cell, seed, error)
     result = cell.run_action(Actor.ROBOT, name, action, eye.look, on_tick)
-    settle(cell, name, on_tick)
+    wait_until_at_rest(cell, name, on_tick)
     state = cell.true_states()[name].state
     assert state is not None, 'The truth is never covered.'
     return state, result
 
 
-def settle(cell: Cell, name: str, on_tick: Callable[[], None] | None = None) -> None:
+def wait_until_at_rest(cell: Cell, name: str, on_tick: Callable[[], None] | None = None) -> None:
     """Let time pass until a toy has come to rest, or for REST s."""
     for _ in range(round(REST / CHECK)):
         cell.step(CHECK, on_tick)
@@ -135,9 +135,9 @@ def settle(cell: Cell, name: str, on_tick: Callable[[], None] | None = None) -> 
             break
 
 
-def final_states(
+def count_final_states(
     cell: Cell, name: str, x_i: State, action: Action, seeds: range
 ) -> tuple[int, int, int]:
     """How often the object ended LEFT, RIGHT, OFFTABLE."""
-    ends = [try_action(cell, name, x_i, action, seed)[0] for seed in seeds]
+    ends = [run_trial(cell, name, x_i, action, seed)[0] for seed in seeds]
     return ends.count(State.LEFT), ends.count(State.RIGHT), ends.count(State.OFFTABLE)

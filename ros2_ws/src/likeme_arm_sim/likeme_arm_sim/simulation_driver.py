@@ -12,16 +12,16 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 
 from likeme_arm.motion import ObjectView
-from likeme_arm.perceived_objects import Sightings
+from likeme_arm.perceived_objects import PerceivedObjects
 from likeme_arm_sim.cell import Cell, MotionResult
 from likeme_arm_sim.pacer import Pacer
-from likeme_arm_sim.worker import Worker
-from likeme_arm_sim.world import STEP_RATE
+from likeme_arm_sim.physics_world import STEP_RATE
+from likeme_arm_sim.simulation_thread import SimulationThread
 from likeme_core.outcomes import Actor, MotionOutcome
 
 
 @dataclass(frozen=True)
-class DriverSettings:
+class SimulationSettings:
     """Times and rates, in simulated s.
 
     Attributes:
@@ -35,7 +35,7 @@ class DriverSettings:
     table_state_timeout: float = 2.0
 
 
-class Driver:
+class SimulationDriver:
     """Drives a cell in a thread of its own; every method may be called from any other.
 
     Attributes:
@@ -46,7 +46,7 @@ class Driver:
     def __init__(
         self,
         cell: Cell,
-        settings: DriverSettings,
+        settings: SimulationSettings,
         on_step: Callable[[], None],
         on_error: Callable[[Exception], None],
     ) -> None:
@@ -54,17 +54,17 @@ class Driver:
         self.cell, self._settings, self._on_step = cell, settings, on_step
         self._tell_error = on_error
         self.real_time_factor, self.errors = 1.0, 0
-        self.sightings = Sightings(settings.table_state_timeout)
-        self._worker = Worker(self._idle, self._on_error)
+        self.perceived = PerceivedObjects(settings.table_state_timeout)
+        self._thread = SimulationThread(self._idle, self._on_error)
         self._pacer = Pacer()
         self._epoch = time.time_ns() - round(cell.time * 1e9)
         self._steps_per_frame = max(1, round(STEP_RATE / settings.camera_rate))
-        self._to_tidy = False
+        self._clear_table_due = False
 
     @property
     def busy(self) -> bool:
         """Whether a motion or a reset is in progress or waits for its turn."""
-        return self._worker.busy
+        return self._thread.busy
 
     @property
     def now(self) -> int:
@@ -83,12 +83,12 @@ class Driver:
     def start(self) -> None:
         """Let time pass."""
         self._pacer.restart(self.cell.time)
-        self._worker.start()
+        self._thread.start()
 
     def stop(self) -> None:
         """End a running motion at once, for good, and wait until no step is taken any more."""
         self.cell.hold()
-        self._worker.stop()
+        self._thread.stop()
 
     def act(
         self, actor: Actor, name: str, action: int, expires: int = 0
@@ -97,15 +97,15 @@ class Driver:
 
         expires: ns since the epoch after which it is not begun any more; 0: never.
         """
-        return self._worker.submit(actor.name, lambda: self._run(actor, name, action, expires))
+        return self._thread.submit(actor.name, lambda: self._run(actor, name, action, expires))
 
     def reset(
         self, objects: Sequence[str], states: Sequence[int], seed: int
     ) -> Future[None] | None:
         """Set the table up (see Cell.reset); None while something else is in progress."""
-        if self._worker.busy:
+        if self._thread.busy:
             return None
-        return self._worker.submit('reset', lambda: self._set_up(objects, states, seed))
+        return self._thread.submit('reset', lambda: self._set_up(objects, states, seed))
 
     def hold(self) -> str:
         """Stop all motion before the next control step; a sentence about it."""
@@ -118,7 +118,7 @@ class Driver:
         if not self.cell.held:
             return 'Nothing was held.'
         self.cell.resume()
-        self._to_tidy = True
+        self._clear_table_due = True
         return 'Motion is allowed again.'
 
     def _run(self, actor: Actor, name: str, action: int, expires: int) -> MotionResult:
@@ -142,17 +142,17 @@ class Driver:
             if not isinstance(error, ValueError):
                 self._on_error(error)
             raise
-        self.sightings.forget(self.now)
+        self.perceived.forget(self.now)
         self._pacer.restart(self.cell.time)
 
     def _look(self, name: str) -> ObjectView | None:
-        return self.sightings.look(name, self.now)
+        return self.perceived.look(name, self.now)
 
     def _idle(self) -> None:
         """Between motions: let time pass up to the next frame, or clear the table after a hold."""
-        if self._to_tidy and not self.cell.held:
-            self._to_tidy = False
-            self.cell.tidy_up(self._tick)
+        if self._clear_table_due and not self.cell.held:
+            self._clear_table_due = False
+            self.cell.clear_table(self._tick)
         for _ in range(self._steps_per_frame):
             self.cell.step()
             self._on_step()

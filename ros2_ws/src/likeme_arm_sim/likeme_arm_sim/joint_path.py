@@ -8,10 +8,10 @@ import numpy as np
 
 from likeme_arm.tool_pose import NoSolutionError
 from likeme_arm_sim.kinematics import Vector
-from likeme_arm_sim.world import TIME_STEP
+from likeme_arm_sim.physics_world import TIME_STEP
 
 
-class Path(NamedTuple):
+class JointPath(NamedTuple):
     """Joint waypoints along a way.
 
     Attributes:
@@ -24,11 +24,11 @@ class Path(NamedTuple):
     joints: Vector
     failure: NoSolutionError | None = None
 
-    def after(self, distance: float) -> Path:
+    def after(self, distance: float) -> JointPath:
         """What is left of a complete path behind a distance: the last piece at least."""
         first = int(np.searchsorted(self.distance, distance))
         first = min(first, len(self.distance) - 2)
-        return Path(self.distance[first:] - self.distance[first], self.joints[first:])
+        return JointPath(self.distance[first:] - self.distance[first], self.joints[first:])
 
     def greatest_speed(self, limits: Vector) -> float:
         """The greatest speed that keeps every joint within its limit (7,), rad/s."""
@@ -40,7 +40,7 @@ class Path(NamedTuple):
         return np.stack([np.interp(distance, self.distance, each) for each in self.joints.T], 1)
 
 
-def travel(length: float, speed: float, acceleration: float) -> Vector:
+def trapezoidal_profile(length: float, speed: float, acceleration: float) -> Vector:
     """Distance after each control step of a motion that starts and ends at rest, m (or rad).
 
     The speed rises, stays and falls (trapezoid) and its corners are rounded over 0.1 s, so that

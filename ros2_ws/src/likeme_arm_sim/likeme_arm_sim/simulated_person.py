@@ -9,18 +9,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_arm.motion import Ending
+from likeme_arm.motion import PrimitiveResult
 from likeme_arm.tool_pose import wrap_half_turn
-from likeme_arm_sim.hand import PALM_HEIGHT, Posture, Side
+from likeme_arm_sim.hand_shapes import PALM_HEIGHT, Posture, Side
 from likeme_arm_sim.human_hand import AWAY, OPEN, HumanHand
+from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld, Vector
 from likeme_arm_sim.scene import Scene
-from likeme_arm_sim.world import TIME_STEP, Vector, World
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, Manner, State
 
 
 @dataclass(frozen=True)
-class DemonstratorSettings:
+class PersonSettings:
     """How a person reaches: heights above the table and distances m, speeds m/s.
 
     Attributes:
@@ -51,29 +51,29 @@ class DemonstratorSettings:
     room: float = 0.13
 
 
-class Demonstrator:
+class SimulatedPerson:
     """A person who can do each of the six actions with any toy."""
 
     def __init__(
-        self, world: World, hand: HumanHand, scene: Scene, settings: DemonstratorSettings
+        self, world: PhysicsWorld, hand: HumanHand, scene: Scene, settings: PersonSettings
     ) -> None:
         self._world, self.hand, self._scene, self._s = world, hand, scene, settings
 
-    def perform(self, name: str, action: Action, rng: np.random.Generator) -> Ending:
+    def perform(self, name: str, action: Action, rng: np.random.Generator) -> PrimitiveResult:
         """Reach in, act, leave. Pace and places vary a little by `rng`."""
         if not self.hand.away:
             self.withdraw()
         toy = self._world.toy_pose(name).position
         if action.manner is Manner.PUSH and toy[2] < -self._scene.table.thickness:
             reason = f'The {name} lies on the floor and cannot be pushed.'
-            return Ending(MotionOutcome.OBJECT_OFFTABLE, reason)
+            return PrimitiveResult(MotionOutcome.OBJECT_OFFTABLE, reason)
         pace = self._s.speed * float(rng.uniform(0.9, 1.1))
         spot = self._spot(name, action, rng)
         act = self._push if action.manner is Manner.PUSH else self._place
         act(name, spot, pace)
         self._leave(pace)
         verb = 'pushed' if action.manner is Manner.PUSH else 'placed'
-        return Ending(
+        return PrimitiveResult(
             MotionOutcome.COMPLETED, f'The person {verb} the {name} to {action.target.name}.'
         )
 
