@@ -1,4 +1,4 @@
-"""What perception last said."""
+"""The last table state: age limit and reset."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ SECOND = 1_000_000_000
 PEAR = ObjectView(0.4, 0.1, 0.0, State.LEFT)
 
 
-def test_a_table_state_is_believed_for_a_while() -> None:
+def test_a_table_state_is_used_up_to_its_timeout() -> None:
     perceived = PerceivedObjects(timeout=2.0)
-    assert perceived.look('pear', 5 * SECOND) is None
+    assert perceived.view('pear', 5 * SECOND) is None
     assert perceived.age(5 * SECOND) == float('inf')
-    perceived.take(5 * SECOND, {'pear': PEAR})
-    assert perceived.look('pear', 7 * SECOND) == PEAR
-    assert perceived.look('lemon', 7 * SECOND) is None
-    assert perceived.look('pear', 7 * SECOND + 1) is None
+    perceived.update(5 * SECOND, {'pear': PEAR})
+    assert perceived.view('pear', 7 * SECOND) == PEAR
+    assert perceived.view('lemon', 7 * SECOND) is None
+    assert perceived.view('pear', 7 * SECOND + 1) is None
     assert perceived.age(8 * SECOND) == 3.0
 
 
-def test_what_was_seen_before_a_reset_is_not_believed() -> None:
+def test_table_states_from_before_a_reset_are_ignored() -> None:
     perceived = PerceivedObjects(timeout=2.0)
-    perceived.take(5 * SECOND, {'pear': PEAR})
-    perceived.forget(6 * SECOND)
-    assert perceived.look('pear', 6 * SECOND) is None
-    perceived.take(6 * SECOND, {'pear': PEAR})
-    assert perceived.look('pear', 6 * SECOND) is None
-    perceived.take(6 * SECOND + 1, {'pear': PEAR})
-    assert perceived.look('pear', 7 * SECOND) == PEAR
+    perceived.update(5 * SECOND, {'pear': PEAR})
+    perceived.clear(6 * SECOND)
+    assert perceived.view('pear', 6 * SECOND) is None
+    perceived.update(6 * SECOND, {'pear': PEAR})
+    assert perceived.view('pear', 6 * SECOND) is None
+    perceived.update(6 * SECOND + 1, {'pear': PEAR})
+    assert perceived.view('pear', 7 * SECOND) == PEAR

@@ -23,7 +23,7 @@ class CellCamera:
         self,
         scene: Scene,
         world: PhysicsWorld,
-        arm: Arm,
+        arm: Arm | None,
         hand: HumanHand,
         noise: KinectNoise | None,
         seed: int,
@@ -52,6 +52,8 @@ class CellCamera:
         return [RenderBody(part, poses[name]) for name, part in named]
 
     def _arm_bodies(self) -> list[RenderBody]:
+        if self._arm is None:
+            return []
         poses = self._arm.link_poses()
         return [RenderBody(mesh, poses[link].matrix()) for link, mesh in self._links.items()]
 

@@ -70,7 +70,14 @@ class CellSettings:
 class Cell:
     """One table, one robot, one person. Not thread-safe, but for `hold` and `resume`."""
 
-    def __init__(self, scene: Scene, seed: int, settings: CellSettings | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        settings: CellSettings | None = None,
+        arm_visible: bool = True,
+    ) -> None:
+        """arm_visible: whether the camera sees the arm; a real one stands elsewhere."""
         self.scene, self.settings = scene, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
         self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
@@ -83,7 +90,7 @@ class Cell:
         self.hand = HumanHand(self.world, tick)
         pace = PersonSettings(speed=self.settings.human_speed)
         self._person = SimulatedPerson(self.world, self.hand, scene, pace)
-        self._camera_seed = seed
+        self._camera_seed, self._arm_visible = seed, arm_visible
         self._initial_layout = draw_layout(scene, self._initial_states(), [], self._rng)
         self._apply_layout(self._initial_layout)
         self._initial_state = self.world.save()
@@ -194,7 +201,8 @@ class Cell:
     def _camera(self) -> CellCamera:
         """Built when somebody looks: the searches that need no pictures do without."""
         noise, seed = self.settings.noise, self._camera_seed
-        return CellCamera(self.scene, self.world, self.arm, self.hand, noise, seed)
+        arm = self.arm if self._arm_visible else None
+        return CellCamera(self.scene, self.world, arm, self.hand, noise, seed)
 
     def true_states(self) -> dict[str, ObjectView]:
         """Where everything truly is: for tests and benchmarks only, never for a decision."""
