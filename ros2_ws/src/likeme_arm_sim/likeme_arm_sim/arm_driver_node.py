@@ -95,7 +95,9 @@ class ArmDriverNode(Node):
         if conflicts:
             raise ValueError(conflicts[0])
         publishes_clock = publish_clock and parts == ALL_PARTS
-        self._clock = self.create_publisher(Clock, '/clock', 10) if publishes_clock else None
+        self._clock_publisher = (
+            self.create_publisher(Clock, '/clock', 10) if publishes_clock else None
+        )
         self._camera = CameraPublisher(self, self._cell) if camera else None
         self._arm = ArmTopics(self, self._cell.arm, self._driver.perceived) if arm else None
         self._motions = [MotionService(self, self._driver, actor) for actor in actors]
@@ -119,8 +121,8 @@ class ArmDriverNode(Node):
 
     def _on_step(self) -> None:
         """After every physics step, in the simulation's thread."""
-        if self._clock is not None and self._cell.world.steps % STEPS_PER_CLOCK == 0:
-            self._clock.publish(Clock(clock=time_msg(self._driver.now)))
+        if self._clock_publisher is not None and self._cell.world.steps % STEPS_PER_CLOCK == 0:
+            self._clock_publisher.publish(Clock(clock=time_msg(self._driver.now)))
         if self._driver.frame_due:
             stamp = time_msg(self._driver.now)
             if self._arm is not None:

@@ -71,7 +71,7 @@ class Client:
 
         self.node.create_subscription(kind, topic, on_message, 10)
 
-    def wait_for(self, true: Callable[[], bool], seconds: float = 20.0) -> None:
+    def wait_for(self, true: Callable[[], bool], seconds: float = 60.0) -> None:
         with self._changed:
             assert self._changed.wait_for(true, seconds)
 

@@ -37,7 +37,10 @@ class ResetService:
         self._node, self._driver = node, driver
         # The callback awaits the end of the reset; meanwhile other requests are answered.
         group = ReentrantCallbackGroup()
-        node.create_service(ResetCell, 'cell/reset', self._reset, callback_group=group)
+        # Coroutines are accepted, but not annotated.
+        node.create_service(  # type: ignore[misc]
+            ResetCell, 'cell/reset', self._reset, callback_group=group
+        )
 
     async def _reset(
         self, request: ResetCell.Request, response: ResetCell.Response

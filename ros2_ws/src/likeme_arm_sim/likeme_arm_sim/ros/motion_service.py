@@ -29,7 +29,10 @@ class MotionService:
         self.name, self.motions, self.refused = SERVICES[actor], 0, 0
         # The callback awaits the end of a motion; meanwhile other requests are answered BUSY.
         group = ReentrantCallbackGroup()
-        node.create_service(ExecuteAction, self.name, self._execute, callback_group=group)
+        # Coroutines are accepted, but not annotated.
+        node.create_service(  # type: ignore[misc]
+            ExecuteAction, self.name, self._execute, callback_group=group
+        )
 
     async def _execute(
         self, request: ExecuteAction.Request, response: ExecuteAction.Response
