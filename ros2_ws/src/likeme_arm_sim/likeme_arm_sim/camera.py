@@ -1,4 +1,4 @@
-"""The Kinect over the table: gathers what moves, draws it, and adds the sensor's flaws."""
+"""The Kinect over the table: renders the cell and applies the sensor model."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from likeme_arm_sim.toys import TOYS
 
 
 class CellCamera:
-    """What the camera over one cell sees."""
+    """The camera of one cell; `arm` is None if the arm is not drawn."""
 
     def __init__(
         self,
@@ -35,15 +35,15 @@ class CellCamera:
         self._kinect = Kinect(scene.camera, noise, seed)
 
     def restart(self, seed: int) -> None:
-        """Let the sensor's chance be that of this seed from now on."""
+        """Reseed the sensor noise."""
         self._kinect.restart(seed)
 
     def frame(self) -> RgbdImages:
-        """Colour and depth of this moment."""
+        """The present colour and depth images."""
         return self._kinect.sense(self._renderer.render(self.bodies()))
 
     def bodies(self) -> list[RenderBody]:
-        """Every body that may move, where it is now."""
+        """The bodies that may move, at their present poses."""
         return self._toy_bodies() + self._arm_bodies() + self._hand_bodies()
 
     def _toy_bodies(self) -> list[RenderBody]:

@@ -1,4 +1,4 @@
-"""The simulated cell as one object: physics, arm, person, toys and camera behind a few calls."""
+"""The simulated cell: physics, arm, person, objects and camera."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_arm.motion import ObjectView, PrimitiveResult, ViewOf
-from likeme_arm.primitives import PrimitiveSettings, act, refusal, retreat
+from likeme_arm.primitives import PrimitiveSettings, check_target, execute_action, retreat
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.calibration_error import MiscalibratedMotion, draw_calibration_offset
 from likeme_arm_sim.camera import CellCamera
@@ -28,15 +28,15 @@ from likeme_arm_sim.toys import TOYS
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, State
 
-HELD = 'The cell is held: nothing moves until it is resumed.'
-# After the toys were put down, s.
+HELD_MESSAGE = 'The cell is held: nothing moves until it is resumed.'
+# For objects to come to rest after they were put down, s.
 SETTLING_TIME = 0.6
-# Keeps the arm's chance apart from the layout's, which is drawn from the bare seed.
+# Separates the arm's random stream from the layout's, which is drawn from the seed alone.
 ARM_STREAM = 1
 
 
 class MotionResult(NamedTuple):
-    """How a motion ended, with its begin and end on the world's clock, s (None: nothing moved)."""
+    """How a motion ended; its start and end in simulated s (None: nothing moved)."""
 
     outcome: MotionOutcome
     message: str
@@ -46,11 +46,14 @@ class MotionResult(NamedTuple):
 
 @dataclass(frozen=True)
 class CellSettings:
-    """What may differ between two cells of the same scene.
+    """Settings of a cell.
 
-    arm_speed, human_speed: factors on the usual speeds. noise: of the camera, None for the
-    published figures. initial_states: of toys not named, RIGHT. physics: masses, frictions and
-    forces.
+    Attributes:
+        arm_speed, human_speed: factors on the default speeds.
+        noise: of the camera; None: the published model.
+        initial_states: of objects; RIGHT for those not named.
+        primitives: parameters of the robot's actions.
+        physics: masses, frictions and forces.
     """
 
     arm_speed: float = 1.0
@@ -68,7 +71,7 @@ class CellSettings:
 
 
 class Cell:
-    """One table, one robot, one person. Not thread-safe, but for `hold` and `resume`."""
+    """One table with one robot and one person. Only `hold` and `resume` are thread-safe."""
 
     def __init__(
         self,
@@ -88,8 +91,8 @@ class Cell:
         tick = self._controller.tick
         self.arm = Arm(self.world.client, kinematics, tick, speed, physics.gripper)
         self.hand = HumanHand(self.world, tick)
-        pace = PersonSettings(speed=self.settings.human_speed)
-        self._person = SimulatedPerson(self.world, self.hand, scene, pace)
+        person = PersonSettings(speed=self.settings.human_speed)
+        self._person = SimulatedPerson(self.world, self.hand, scene, person)
         self._camera_seed, self._arm_visible = seed, arm_visible
         self._initial_layout = draw_layout(scene, self._initial_states(), [], self._rng)
         self._apply_layout(self._initial_layout)
@@ -97,7 +100,7 @@ class Cell:
 
     @property
     def time(self) -> float:
-        """Simulated seconds since the cell began."""
+        """Simulated time, s."""
         return self.world.time
 
     @property
@@ -114,7 +117,7 @@ class Cell:
         self._controller.resume()
 
     def step(self, seconds: float = TIME_STEP, on_tick: OnTick | None = None) -> None:
-        """Let time pass without a new motion; what rolls goes on rolling."""
+        """Step the physics without a motion of arm or person."""
         for _ in range(max(1, round(seconds / TIME_STEP))):
             self.world.step()
             if on_tick is not None:
@@ -129,13 +132,13 @@ class Cell:
         on_tick: OnTick | None = None,
         budget: float = np.inf,
     ) -> MotionResult:
-        """Do one of the six actions to an object; returns when the motion has ended.
+        """Execute one of the six actions on an object; returns when the motion has ended.
 
         Args:
-            actor: the robot, which sees by `look`, or the person, who has eyes.
+            actor: the robot, which uses `look`, or the person, who uses the true poses.
             name: an object of the scene.
             action: an Action number.
-            look: what perception says about an object, asked again and again while pushing.
+            look: the perceived view of an object, called repeatedly while pushing.
             on_tick: called after every physics step of the motion.
             budget: simulated seconds after which the motion is stopped.
         """
@@ -150,7 +153,7 @@ class Cell:
         return MotionResult(*ending, *((started, self.time) if moved else (None, None)))
 
     def clear_table(self, on_tick: OnTick | None = None) -> PrimitiveResult:
-        """After a held motion: hand and arm leave the camera's view."""
+        """Move hand and arm off the table, as after a held motion."""
 
         def leave() -> PrimitiveResult:
             self._retract(Actor.HUMAN)
@@ -160,7 +163,7 @@ class Cell:
         return self._controller.run(leave, self._halt, on_tick)
 
     def reset(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
-        """Set toys in states anew, draw their places by `seed`; both empty: as the run began.
+        """Put objects into states at places drawn by `seed`; both empty: the initial layout.
 
         Raises:
             ValueError: unknown objects or states, or not one state an object.
@@ -177,14 +180,14 @@ class Cell:
         self._apply_layout(draw_layout(self.scene, wanted, occupied, np.random.default_rng(seed)))
 
     def restart(self, seed: int) -> None:
-        """Forget everything since the cell was made: what follows hangs on `seed` alone.
+        """Return to the initial state; what follows depends on `seed` alone.
 
-        Two cells made with the same arguments go the same way after it, to the last bit, whatever
-        the robot did before. A person's grip comes and goes as a constraint, after which bullet
-        solves the others in another order: then they go the same way but for rounding.
+        Two cells made with the same arguments then behave identically to the last bit, whatever
+        the robot did before. A person's grip adds and removes a constraint, after which bullet
+        solves the others in another order: after a grip they are identical except for rounding.
         """
         self._controller.resume()
-        # What a hand holds, it holds by a constraint that was not there in the beginning.
+        # A grip is a constraint that the saved state does not have.
         self.hand.reset()
         self.world.restart(self._initial_state)
         self.arm.reset()
@@ -194,18 +197,18 @@ class Cell:
         self._camera.restart(seed)
 
     def frame(self) -> RgbdImages:
-        """What the Kinect delivers now."""
+        """The present frame of the Kinect."""
         return self._camera.frame()
 
     @cached_property
     def _camera(self) -> CellCamera:
-        """Built when somebody looks: the searches that need no pictures do without."""
+        """Built on first use: headless trials do not need it."""
         noise, seed = self.settings.noise, self._camera_seed
         arm = self.arm if self._arm_visible else None
         return CellCamera(self.scene, self.world, arm, self.hand, noise, seed)
 
     def true_states(self) -> dict[str, ObjectView]:
-        """Where everything truly is: for tests and benchmarks only, never for a decision."""
+        """The true poses of the objects: for tests and benchmarks, never for a decision."""
         return {name: self._true_view(name) for name in self.scene.objects}
 
     def _true_view(self, name: str) -> ObjectView:
@@ -232,8 +235,8 @@ class Cell:
                 MotionOutcome.UNKNOWN_ACTION, f'Expected an action from 0 to 5, got {action}.'
             )
         if self.held:
-            return PrimitiveResult(MotionOutcome.HELD, HELD)
-        return refusal(self.scene.table, name, look(name)) if actor is Actor.ROBOT else None
+            return PrimitiveResult(MotionOutcome.HELD, HELD_MESSAGE)
+        return check_target(self.scene.table, name, look(name)) if actor is Actor.ROBOT else None
 
     def _act(self, actor: Actor, name: str, action: Action, look: ViewOf) -> PrimitiveResult:
         self._retract(Actor.ROBOT)
@@ -246,7 +249,7 @@ class Cell:
             self.scene.table.work_area.centre,
         )
         arm = MiscalibratedMotion(self.arm, offset, accuracy.skew, centre)
-        return act(arm, look, self.scene.table, name, action, self.settings.primitives)
+        return execute_action(arm, look, self.scene.table, name, action, self.settings.primitives)
 
     def _retract(self, actor: Actor) -> None:
         if actor is Actor.HUMAN and not self.hand.away:

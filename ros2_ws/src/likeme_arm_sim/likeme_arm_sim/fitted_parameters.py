@@ -1,12 +1,11 @@
-"""The numbers of the cell that were fitted to the real robot's trials, in one place.
+"""Parameters of the cell that were fitted to the real robot's trials.
 
-Everything else in `physics.py` and `primitives.py` was measured, looked up or chosen. The search
-of `scripts/fit_physics.sh` (seed 1) began at values chosen by hand, tried one number after the
-other at a few levels, 8 trials of each fitted row that it can touch, and kept what agreed better.
-What it ended with agreed with 14 of the 18 fitted rows in 12 trials of their own, what it had
-after two steps with 13. Bounces, grip_force, grasp_height, arm_bias_x, arm_noise and push_past it
-does not try: they are as chosen. None of them says how an action ends: they say how heavy, how
-slippery, how exact, how far and how high.
+All other values in `physics.py` and `primitives.py` were measured, looked up or chosen. The search
+of `scripts/fit_physics.sh` (seed 1) starts at values chosen by hand. It varies one parameter at a
+time over a few levels, makes 8 trials of each fitted row that the parameter can affect, and keeps
+the level that agrees best. The final values agreed with 14 of the 18 fitted rows in 12 new trials
+each, those after two steps with 13. Restitutions, grip_force, grasp_height, arm_bias_x, arm_noise
+and push_past are not searched: they are as chosen.
 """
 
 from __future__ import annotations
@@ -20,10 +19,10 @@ class FittedParameter(NamedTuple):
     """One fitted number.
 
     Attributes:
-        value: the one the default cell uses.
-        low, high: the range that is searched.
+        value: the value of the default cell.
+        low, high: range of the search.
         unit: of all three.
-        meaning: what it is in the cell.
+        meaning: what it describes.
     """
 
     value: float
@@ -81,7 +80,7 @@ FITTED: Mapping[str, FittedParameter] = MappingProxyType(
 
 
 def fitted(name: str) -> float:
-    """The value the default cell uses."""
+    """The value of the default cell."""
     return FITTED[name].value
 
 

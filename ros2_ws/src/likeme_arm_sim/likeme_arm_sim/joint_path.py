@@ -1,4 +1,4 @@
-"""Ways of an arm through joint space, and how far along them it is after each control step."""
+"""Paths through joint space, and the speed profile along them."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from likeme_arm_sim.physics_world import TIME_STEP
 
 
 class JointPath(NamedTuple):
-    """Joint waypoints along a way.
+    """Joint waypoints along a path.
 
     Attributes:
-        distance: travelled at each of the waypoints, rising, (N,), m (or rad).
-        joints: there, (N, 7), rad.
-        failure: why the way ends before its goal; None when it does not.
+        distance: of each waypoint along the path, increasing, (N,), m (or rad).
+        joints: at each waypoint, (N, 7), rad.
+        failure: why the path ends before its goal; None if it does not.
     """
 
     distance: Vector
@@ -25,7 +25,7 @@ class JointPath(NamedTuple):
     failure: NoSolutionError | None = None
 
     def after(self, distance: float) -> JointPath:
-        """What is left of a complete path behind a distance: the last piece at least."""
+        """The rest of a complete path after a distance; at least its last segment."""
         first = int(np.searchsorted(self.distance, distance))
         first = min(first, len(self.distance) - 2)
         return JointPath(self.distance[first:] - self.distance[first], self.joints[first:])
@@ -41,10 +41,9 @@ class JointPath(NamedTuple):
 
 
 def trapezoidal_profile(length: float, speed: float, acceleration: float) -> Vector:
-    """Distance after each control step of a motion that starts and ends at rest, m (or rad).
+    """Distance after each control step of a motion from rest to rest, m (or rad).
 
-    The speed rises, stays and falls (trapezoid) and its corners are rounded over 0.1 s, so that
-    nothing jerks.
+    The speed profile is a trapezoid whose corners are rounded over 0.1 s, to limit jerk.
     """
     if length < 1e-9:
         return np.zeros(1)

@@ -1,4 +1,4 @@
-"""What drives and stops a motion: each of its control steps lets time pass, unless it is held."""
+"""Steps the physics during a motion, and stops the motion on hold or at its deadline."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ OnTick = Callable[[], None]
 
 
 class MotionStoppedError(Exception):
-    """The motion in progress was stopped before this control step."""
+    """The motion was stopped before this control step."""
 
 
 class MotionController:
-    """One motion at a time. Not thread-safe, but for `hold` and `resume`."""
+    """Runs one motion at a time. Only `hold` and `resume` are thread-safe."""
 
     def __init__(self, world: PhysicsWorld) -> None:
         self._world = world
@@ -41,7 +41,7 @@ class MotionController:
         self._held.clear()
 
     def tick(self) -> None:
-        """Let one control step pass: what arm and hand call in every motion.
+        """Advance by one control step; arm and hand call it in every motion.
 
         Raises:
             MotionStoppedError: motion is held, or its time is used up.
@@ -59,11 +59,11 @@ class MotionController:
         on_tick: OnTick | None = None,
         budget: float = np.inf,
     ) -> PrimitiveResult:
-        """Carry out a motion; however it is broken off, `halt` is called.
+        """Run a motion; calls `halt` if it does not end normally.
 
         Args:
             motion: calls `tick` at each of its control steps.
-            halt: makes everything that moves stand still.
+            halt: stops arm and hand.
             on_tick: called after every physics step.
             budget: simulated s after which the motion is stopped.
         """
@@ -75,7 +75,7 @@ class MotionController:
             outcome = MotionOutcome.HELD if self.held else MotionOutcome.FAILED
             return PrimitiveResult(outcome, self._stopped_because())
         except BaseException:
-            # Nobody steers any more: without this the arm would go on to its last target.
+            # Without it the arm would go on to its last target.
             halt()
             raise
         finally:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from likeme_arm.motion import ObjectView, ViewOf
+from likeme_arm.tool_pose import ToolPose
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.physics import ArmAccuracy, GripperPhysics, Physics, fitted_primitives
 from likeme_arm_sim.physics_world import TIME_STEP
@@ -266,3 +267,15 @@ def test_after_a_restart_nothing_of_the_past_is_left() -> None:
     used.frame()
     assert followed(used, 7, Action.PUSH_LEFT) == followed(fresh, 7, Action.PUSH_LEFT)
     assert used.time == fresh.time
+
+
+def test_a_cell_whose_arm_is_real_does_not_draw_it() -> None:
+    drawn, hidden = Cell(Scene(), 3), Cell(Scene(), 3, arm_visible=False)
+    for cell in (drawn, hidden):
+        # Over the table, where the camera sees it.
+        cell.arm.skip_free_space = True
+        cell.arm.reach(ToolPose(0.45, 0.0, 0.2, 0.0))
+    table_only = Cell(Scene(), 3)
+    frames = [cell.frame().rgb for cell in (drawn, hidden, table_only)]
+    assert not np.array_equal(frames[0], frames[2])
+    assert np.array_equal(frames[1], frames[2])
