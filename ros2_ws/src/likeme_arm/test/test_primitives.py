@@ -87,7 +87,7 @@ def test_place_grasps_across_the_minor_axis_above_the_centroid() -> None:
 
 
 @pytest.mark.parametrize('holds', [[False], [True, False]], ids=['nothing', 'lost in lifting'])
-def test_only_what_was_grasped_is_carried(holds: list[bool]) -> None:
+def test_an_object_that_is_not_held_is_not_carried(holds: list[bool]) -> None:
     motion = FakeMotion(holds)
     assert run(motion, Action.PLACE_LEFT) is MotionOutcome.NOT_GRASPED
     assert all(pose.y < 0.0 for pose in motion.visited)
@@ -173,7 +173,7 @@ def test_push_of_an_occluded_object_ends_at_the_middle_of_the_area() -> None:
     assert end.y < TABLE.work_area.y_max / 2
 
 
-def test_push_towards_where_it_is_already_is_legal() -> None:
+def test_a_push_towards_the_present_state_is_executed() -> None:
     assert run(FakeMotion(), Action.PUSH_RIGHT) is MotionOutcome.COMPLETED
 
 

@@ -1,8 +1,8 @@
 """Error of the hand-eye calibration, and play of the arm.
 
 The primitives command and read poses in the frame that camera and arm are assumed to share. The
-true frame is rotated about the middle of the work area, and the hand is displaced by an offset that
-is constant during one motion.
+true frame is rotated about the middle of the work area, and the hand is displaced by an offset,
+which is constant during one motion.
 """
 
 from __future__ import annotations

@@ -102,7 +102,7 @@ class Kinematics:
         return joints
 
     def nearest(self, pose: ToolPose, seed: Vector) -> Vector:
-        """As `inverse`, at the pose's yaw or turned by pi: the solution that turns the wrist less."""
+        """As `inverse`, at the yaw or turned by pi, whichever turns the wrist less."""
         found = []
         for yaw in (pose.yaw, pose.yaw + np.pi):
             try:

@@ -44,7 +44,7 @@ def clip_near(corners: Floats) -> tuple[Floats, Indices]:
         corners: (T, 3, 4) corners in the optical frame: x, y, z in m, and brightness.
 
     Returns:
-        The triangles beyond the near plane (T', 3, 4), and the index of the original of each (T',).
+        The triangles beyond the near plane (T', 3, 4), and the index of each one's original (T',).
     """
     before = corners[:, :, 2] > NEAR
     whole = np.flatnonzero(before.all(axis=1))

@@ -25,7 +25,7 @@ def arm(world: PhysicsWorld) -> Arm:
     return Arm(world.client, Kinematics(), world.step)
 
 
-def test_home_covers_nothing_of_the_table(arm: Arm) -> None:
+def test_the_arm_at_home_does_not_occlude_the_table(arm: Arm) -> None:
     scene = Scene()
     eye = np.asarray(scene.camera.position)
     poses = arm.link_poses()
@@ -82,9 +82,7 @@ def test_closing_on_nothing_is_noticed(arm: Arm) -> None:
     assert not arm.holding()
 
 
-def test_a_swift_arm_jumps_over_what_is_free_and_follows_the_rest(
-    world: PhysicsWorld, arm: Arm
-) -> None:
+def test_skip_free_space_jumps_over_the_free_part_of_a_line(world: PhysicsWorld, arm: Arm) -> None:
     arm.skip_free_space = True
     above = ToolPose(0.44, -0.1, 0.17, 0.3)
     took, ends = [], []
@@ -99,14 +97,14 @@ def test_a_swift_arm_jumps_over_what_is_free_and_follows_the_rest(
         assert end.position == pytest.approx([0.44, -0.1, 0.03], abs=0.003)
 
 
-def test_other_arms_take_their_time_over_what_is_free(world: PhysicsWorld, arm: Arm) -> None:
+def test_by_default_the_free_part_of_a_line_is_followed(world: PhysicsWorld, arm: Arm) -> None:
     arm.reach(ToolPose(0.44, -0.1, 0.17, 0.3))
     began = world.time
     arm.move_to(ToolPose(0.44, -0.1, 0.03, 0.3), 0.25, free=0.14)
     assert world.time - began > 0.14 / 0.25
 
 
-def test_a_swift_arm_does_not_wait_for_open_fingers(world: PhysicsWorld, arm: Arm) -> None:
+def test_skip_free_space_does_not_wait_for_open_fingers(world: PhysicsWorld, arm: Arm) -> None:
     began = world.time
     arm.open_gripper()
     assert world.time > began
@@ -118,7 +116,7 @@ def test_a_swift_arm_does_not_wait_for_open_fingers(world: PhysicsWorld, arm: Ar
     assert world.time > began
 
 
-def test_travel_is_smooth_and_complete() -> None:
+def test_the_speed_profile_is_smooth_and_complete() -> None:
     distance = trapezoidal_profile(0.4, 0.2, 1.0)
     speed = np.diff(distance) * STEP_RATE
     assert distance[-1] == pytest.approx(0.4)

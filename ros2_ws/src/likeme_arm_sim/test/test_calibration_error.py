@@ -30,7 +30,7 @@ class Recorder:
 
 
 @pytest.mark.parametrize('how', ['reach', 'line'])
-def test_the_hand_is_beside_where_the_arm_believes_it(how: str) -> None:
+def test_the_true_pose_is_displaced_from_the_assumed_one(how: str) -> None:
     true = Recorder()
     believed = MiscalibratedMotion(true, OFFSET)  # type: ignore[arg-type]
     if how == 'reach':
@@ -41,7 +41,7 @@ def test_the_hand_is_beside_where_the_arm_believes_it(how: str) -> None:
     assert believed.tool == pytest.approx(GOAL)
 
 
-def test_a_skewed_calibration_is_right_in_the_middle_and_turned_about_it() -> None:
+def test_a_skewed_calibration_rotates_about_the_middle() -> None:
     true, centre = Recorder(), (0.44, 0.0)
     still = ToolPose(0.0, 0.0, 0.0, 0.0)
     believed = MiscalibratedMotion(true, still, 0.1, centre)  # type: ignore[arg-type]

@@ -260,7 +260,7 @@ def followed(cell: Cell, seed: int, action: Action) -> tuple[list[float], bytes]
     return way, cell.frame().depth_mm.tobytes()
 
 
-def test_after_a_restart_nothing_of_the_past_is_left() -> None:
+def test_a_restarted_cell_behaves_like_a_new_one() -> None:
     used, fresh = (Cell(Scene(), 1) for _ in range(2))
     used.run_action(Actor.ROBOT, 'lemon', Action.PLACE_RIGHT, seen(used), budget=3.0)
     used.hold()

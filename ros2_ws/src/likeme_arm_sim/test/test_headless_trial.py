@@ -62,7 +62,7 @@ def test_the_default_cell_uses_the_fitted_values() -> None:
 
 
 @pytest.mark.parametrize('action', [Action.PLACE_LEFT, Action.PUSH_LEFT])
-def test_with_nothing_to_go_wrong_nothing_does(action: Action) -> None:
+def test_without_errors_every_action_succeeds(action: Action) -> None:
     # The chicken: round toys slip off even a well-placed pusher.
     assert outcomes(cell('chicken'), 'chicken', action) == [(LEFT, MotionOutcome.COMPLETED)] * 4
 
@@ -82,7 +82,7 @@ def test_a_grasp_fails_for_a_reason(name: str, changed: dict[str, float]) -> Non
     assert LEFT not in [state for state, _ in ends]
 
 
-def test_what_is_pushed_beside_its_middle_slips_off() -> None:
+def test_an_object_that_is_pushed_off_centre_slips_off() -> None:
     ends = outcomes(cell('lemon', arm_bias_x=0.035, push_gap=0.0), 'lemon', Action.PUSH_RIGHT)
     assert [state for state, _ in ends].count(RIGHT) <= 1
 
@@ -106,11 +106,11 @@ def rolled(height: float) -> float:
     return float(np.mean(ways))
 
 
-def test_what_is_dropped_rolls_away() -> None:
+def test_a_dropped_object_rolls_away() -> None:
     assert rolled(0.10) > rolled(0.03) + 0.01
 
 
-def test_a_seed_repeats_itself_whatever_was_before() -> None:
+def test_a_trial_depends_on_its_seed_alone() -> None:
     used, fresh = single_object_cell('pear'), single_object_cell('pear')
     for seed in range(3):
         run_trial(used, 'pear', LEFT, Action.PLACE_RIGHT, seed)
@@ -121,7 +121,7 @@ def test_a_seed_repeats_itself_whatever_was_before() -> None:
     assert np.hypot(places[0].x - places[1].x, places[0].y - places[1].y) < 1e-6
 
 
-def test_the_hand_hides_what_is_pushed_right_and_not_what_is_pushed_left() -> None:
+def test_the_gripper_occludes_pushes_to_the_right_only() -> None:
     seen: dict[Action, list[bool]] = {Action.PUSH_LEFT: [], Action.PUSH_RIGHT: []}
     made = cell('chicken')
     for action, hidden in seen.items():

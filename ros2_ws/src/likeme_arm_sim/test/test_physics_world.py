@@ -22,7 +22,7 @@ def fallen(name: str, seconds: float) -> PhysicsWorld:
 
 
 @pytest.mark.parametrize('name', OBJECTS)
-def test_what_falls_off_comes_to_rest_on_the_floor(name: str) -> None:
+def test_a_fallen_toy_comes_to_rest_on_the_floor(name: str) -> None:
     world = fallen(name, 8.0)
     x, y, z = world.toy_pose(name).position
     assert Scene().table.state_of(x, y, z) is State.OFFTABLE
@@ -31,7 +31,7 @@ def test_what_falls_off_comes_to_rest_on_the_floor(name: str) -> None:
     assert np.hypot(x - 0.42, y - 0.46) < 1.0
 
 
-def test_the_same_beginning_has_the_same_end() -> None:
+def test_the_same_start_has_the_same_end() -> None:
     first, second = (fallen('lemon', 2.0).toy_pose('lemon') for _ in range(2))
     assert np.array_equal(first.position, second.position)
     assert np.array_equal(first.orientation, second.orientation)

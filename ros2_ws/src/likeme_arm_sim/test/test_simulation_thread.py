@@ -58,20 +58,20 @@ def test_a_job_of_another_owner_waits_for_its_turn(worker: SimulationThread) -> 
     assert order == ['human', 'arm']
 
 
-def test_a_failing_job_is_told_and_survived(worker: SimulationThread) -> None:
+def test_the_error_of_a_job_is_set_on_its_future(worker: SimulationThread) -> None:
     failing = worker.submit('arm', lambda: 1 / 0)
     assert failing is not None
     assert isinstance(failing.exception(5.0), ZeroDivisionError)
     assert not worker.busy
 
 
-def test_failing_idling_is_told_and_survived() -> None:
-    told: list[Exception] = []
+def test_an_error_of_idling_is_reported() -> None:
+    errors: list[Exception] = []
     twice = threading.Event()
 
     def tell(error: Exception) -> None:
-        told.append(error)
-        if len(told) == 2:
+        errors.append(error)
+        if len(errors) == 2:
             twice.set()
 
     worker = SimulationThread(lambda: [][0], tell)
@@ -80,6 +80,6 @@ def test_failing_idling_is_told_and_survived() -> None:
     worker.stop()
 
 
-def test_a_stopped_worker_takes_nothing(worker: SimulationThread) -> None:
+def test_a_stopped_thread_accepts_no_jobs(worker: SimulationThread) -> None:
     worker.stop()
     assert worker.submit('arm', lambda: True) is None

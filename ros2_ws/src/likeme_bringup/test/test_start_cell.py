@@ -50,7 +50,7 @@ def test_the_parts_to_simulate_are_a_list() -> None:
     assert command(Part.ARM, options)[-1] == "simulate:=['camera', 'person']"
 
 
-def test_other_machines_are_left_out_unless_asked_for() -> None:
+def test_discovery_is_local_by_default() -> None:
     assert children()[0].environment == {}
     assert children(network=True)[0].environment == {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
 
@@ -167,9 +167,7 @@ def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) 
         ('/**: {ros__parameters: {moed: direct}}', r"no parameter 'moed'; mode\?"),
     ],
 )
-def test_a_parameter_file_that_no_node_could_read_is_refused(
-    tmp_path: Path, text: str, reason: str
-) -> None:
+def test_an_invalid_parameter_file_is_refused(tmp_path: Path, text: str, reason: str) -> None:
     path = tmp_path / 'mine.yaml'
     path.write_text(text)
     with pytest.raises(typer.BadParameter, match=reason):
