@@ -70,20 +70,6 @@ def test_the_built_messages_are_those_of_the_text() -> None:
             assert {getattr(side, word) for side in sides if hasattr(side, word)} == {value}
 
 
-def test_the_callers_know_every_state_and_action() -> None:
-    from likeme_bringup.ros.cell_commands import Action, State
-
-    assert {s.name: s.number for s in State} == {
-        name: value
-        for name, value in constants('msg/ObjectState.msg').items()
-        if name != 'UNKNOWN'
-    }
-    actions = {
-        n: v for n, v in constants('srv/ExecuteAction.srv').items() if re.match('PLACE_|PUSH_', n)
-    }
-    assert {a.name: a.number for a in Action} == actions
-
-
 def test_all_packages_have_one_version() -> None:
     versions = {
         path.parent.name: ElementTree.parse(path).findtext('version') for path in MANIFESTS

@@ -85,7 +85,7 @@ class SuiteScene:
         self.cell.run_action(Actor.HUMAN, deed.object, deed.action, self._look, tick)
         if self.cell.held:
             self.cell.resume()
-            self.cell.tidy_up(self._tick)
+            self.cell.clear_table(self._tick)
 
     def _breaks_off(self, deed: Show) -> bool:
         x, y, z = self.cell.world.toy_pose(deed.object).position

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from likeme_arm_sim.fitted import values
+from likeme_arm_sim.fitted_parameters import fitted_values
 from likeme_experiments.physics_fit.evaluate import judged, table_text
 from likeme_experiments.physics_fit.misfit import misfit
 from likeme_experiments.physics_fit.search import STEPS, WIDE, best_level, levels, touches
@@ -51,7 +51,7 @@ def main(
     """Search (unless --judge), then try the parameters with fresh seeds beside the real robot."""
     out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
-    found = values() if judge else _search(out, seed, workers, console)
+    found = fitted_values() if judge else _search(out, seed, workers, console)
     (out / 'parameters.json').write_text(json.dumps(found, indent=1) + '\n')
     with Progress(console=console) as progress:
         task = progress.add_task('fresh trials', total=36)

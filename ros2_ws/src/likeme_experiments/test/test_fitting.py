@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_arm_sim.fitted import FITTED, values
+from likeme_arm_sim.fitted_parameters import FITTED, fitted_values
 from likeme_arm_sim.scene import OBJECTS
 from likeme_core.tabletop import Manner
 from likeme_experiments.physics_fit.evaluate import Judged, judge_row, table_text
@@ -145,13 +145,13 @@ def test_only_what_is_better_than_chance_is_followed() -> None:
 def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / 'trials.jsonl'
     seen = [r for r in rows() if str(r) == 'chicken LEFT PUSH_LEFT']
-    wanted, told = [0.0, 0.04], list[int]()
-    made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    wanted, start, told = [0.0, 0.04], fitted_values(), list[int]()
+    made = try_levels(path, 0, 'push_gap', wanted, start, seen, range(5, 6), 1, told.append)
     assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
     lines = read(path)
     torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
     path.write_text(torn)
-    again = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, told.append)
+    again = try_levels(path, 0, 'push_gap', wanted, start, seen, range(5, 6), 1, told.append)
     assert again == made
     assert sorted(read(path)) == sorted(lines)
     assert told == [0, 1, 2, 1, 2]
@@ -168,5 +168,5 @@ def test_the_table_says_what_passes() -> None:
 @pytest.mark.parametrize('name', SHIPPED_ROWS)
 def test_the_shipped_parameters_give_recorded_rows(name: str) -> None:
     row = next(row for row in rows() if str(row) == name)
-    entry = judge_row(values(), row, 16)
+    entry = judge_row(fitted_values(), row, 16)
     assert entry.passes, entry

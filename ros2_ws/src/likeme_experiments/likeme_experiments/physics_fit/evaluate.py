@@ -10,7 +10,11 @@ from typing import NamedTuple
 
 import cv2
 
-from likeme_arm_sim.offline import final_states, lone_cell, settings_with
+from likeme_arm_sim.headless_trial import (
+    count_final_states,
+    settings_from_parameters,
+    single_object_cell,
+)
 from likeme_core.tabletop import Action, State
 from likeme_experiments.learning.trial_cell import TrialCell
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
@@ -37,9 +41,9 @@ class Judged(NamedTuple):
 
 def judge_row(values: Mapping[str, float], row: Row, trials: int, first: int = FRESH) -> Judged:
     """Try one row with the seeds from `first` on."""
-    cell = lone_cell(row.name, settings_with(values))
+    cell = single_object_cell(row.name, settings_from_parameters(values))
     seeds = range(first, first + trials)
-    counts = final_states(cell, row.name, row.x_i, row.action, seeds)
+    counts = count_final_states(cell, row.name, row.x_i, row.action, seeds)
     return Judged(row, counts, multinomial_p_value(row.real, smoothed(counts)))
 
 
@@ -59,7 +63,7 @@ def judge_row_by_camera(
 
 @cache
 def _trial_cell(name: str, values: tuple[tuple[str, float], ...]) -> TrialCell:
-    return TrialCell(name, settings_with(dict(values)))
+    return TrialCell(name, settings_from_parameters(dict(values)))
 
 
 def judged(

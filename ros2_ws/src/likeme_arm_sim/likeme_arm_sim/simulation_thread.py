@@ -1,4 +1,4 @@
-"""The one thread that touches the simulation: one job at a time, and idling in between."""
+"""The thread that steps the simulation: it runs queued jobs, and an idle function between them."""
 
 from __future__ import annotations
 
@@ -8,23 +8,25 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import Any, NamedTuple
 
-# For a running job to come to its end, s.
-PATIENCE = 5.0
+# For the running job to end in when the thread is stopped, s.
+JOIN_TIMEOUT = 5.0
+# After an error of the idle function, s.
+RETRY_DELAY = 0.1
 
 
 class Job(NamedTuple):
-    """Something to be done for somebody."""
+    """A queued function and who asked for it."""
 
     owner: str
     run: Callable[[], Any]
     future: Future[Any]
 
 
-class Worker:
-    """Runs jobs one after another in a thread of its own, and `idle` again and again between them.
+class SimulationThread:
+    """Runs jobs one after another in its own thread; calls `idle` repeatedly between them.
 
-    Every owner may have one job that runs or waits for the others' to end. A job that fails tells
-    its future, `idle` tells `on_error`; the thread lives on.
+    Each owner may have one job queued or running. The exception of a job is set on its future,
+    that of `idle` is given to `on_error`; neither ends the thread.
     """
 
     def __init__(self, idle: Callable[[], None], on_error: Callable[[Exception], None]) -> None:
@@ -35,15 +37,15 @@ class Worker:
 
     @property
     def busy(self) -> bool:
-        """Whether a job runs or is about to."""
+        """Whether a job is queued or running."""
         return bool(self._jobs)
 
     def start(self) -> None:
-        """Begin to idle and to take jobs."""
+        """Start the thread."""
         self._thread.start()
 
     def submit(self, owner: str, job: Callable[[], Any]) -> Future[Any] | None:
-        """Have a job done as soon as may be; None when this owner's last one has not ended."""
+        """Queue a job; None if this owner's last job has not ended or the thread is stopping."""
         with self._lock:
             if self._stopping.is_set() or any(other.owner == owner for other in self._jobs):
                 return None
@@ -52,35 +54,43 @@ class Worker:
             return future
 
     def stop(self) -> None:
-        """Take no more jobs and wait for the running one."""
+        """Accept no more jobs and wait for the running one.
+
+        Raises:
+            TimeoutError: it has not ended within JOIN_TIMEOUT.
+        """
         self._stopping.set()
         if self._thread.is_alive():
-            self._thread.join(PATIENCE)
+            self._thread.join(JOIN_TIMEOUT)
+        if self._thread.is_alive():
+            raise TimeoutError(
+                f'Expected the simulation thread to end within {JOIN_TIMEOUT:g} s, it still runs.'
+            )
 
     def _run(self) -> None:
         while not self._stopping.is_set() or self._jobs:
             if not self._jobs:
-                self._try(self._idle)
+                self._run_idle()
                 continue
-            # It stays in the queue until it has ended, so that `busy` and `submit` see it.
+            # The job stays queued until it has ended, so that `busy` and `submit` see it.
             _, run, future = self._jobs[0]
             try:
                 result = run()
             except Exception as error:
-                self._end_job()
+                self._remove_job()
                 future.set_exception(error)
             else:
-                self._end_job()
+                self._remove_job()
                 future.set_result(result)
 
-    def _end_job(self) -> None:
-        # `submit` goes through the queue at the same time.
+    def _remove_job(self) -> None:
+        # `submit` iterates over the queue in another thread.
         with self._lock:
             self._jobs.popleft()
 
-    def _try(self, idle: Callable[[], None]) -> None:
+    def _run_idle(self) -> None:
         try:
-            idle()
+            self._idle()
         except Exception as error:
             self._on_error(error)
-            self._stopping.wait(0.1)
+            self._stopping.wait(RETRY_DELAY)

@@ -1,4 +1,4 @@
-"""The simulated matter: one pybullet client with gravity, the table, the floor and the toys."""
+"""A pybullet client with gravity, the table, the floor and the objects."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ Vector = NDArray[np.float64]
 # Physics and control steps per simulated second, and how long one lasts, s.
 STEP_RATE = 240
 TIME_STEP = 1.0 / STEP_RATE
-# Of the constraint solver: what it does at most, and the change of the impulses, squared, below
-# which more would not show. Resting toys and free fingers get there in a few iterations.
+# Of the constraint solver: greatest number of iterations, and the squared change of the impulses
+# at which it stops. Resting objects and free fingers get there in a few iterations.
 SOLVER_ITERATIONS, SOLVER_RESIDUAL = 80, 1e-4
 # m.
 FLOOR_HALF_SIZE = 3.0
 
 
 class Pose(NamedTuple):
-    """Where a body is: position (m, base_link) and orientation (quaternion xyzw)."""
+    """Position (m, base_link) and orientation (quaternion xyzw) of a body."""
 
     position: Vector
     orientation: Vector
@@ -41,15 +41,15 @@ class Pose(NamedTuple):
         return matrix
 
 
-class World:
-    """Physics of everything but the arm and the hand, which add themselves to `client`."""
+class PhysicsWorld:
+    """Physics of table, floor and objects; arm and hand add themselves to `client`."""
 
     def __init__(
         self, scene: Scene, toys: Mapping[str, Toy], physics: Physics | None = None
     ) -> None:
         self.scene, self.physics = scene, physics or Physics()
         toys = {
-            name: toy.made_of(self.physics.toys.get(name, toy.physics))
+            name: toy.with_physics(self.physics.toys.get(name, toy.physics))
             for name, toy in toys.items()
         }
         self.client: Any = connect()
@@ -70,31 +70,31 @@ class World:
         }
 
     def save(self) -> int:
-        """Remember this moment, contacts included; what `restart` needs to come back to it."""
+        """Save the present state, contacts included; its id for `restart`."""
         return int(self.client.saveState())
 
     def restart(self, saved: int) -> None:
-        """Bring everything back to a saved moment, and time to zero."""
+        """Return to a saved state, with time zero."""
         self.client.restoreState(saved)
         self.steps = 0
 
     @property
     def time(self) -> float:
-        """Simulated seconds since the world began."""
+        """Simulated time, s."""
         return self.steps * TIME_STEP
 
     def step(self) -> None:
-        """Let 1/240 s pass."""
+        """Advance by one step, 1/240 s."""
         pybullet.stepSimulation(self.client._client)
         self.steps += 1
 
     def toy_pose(self, name: str) -> Pose:
-        """Where a toy truly is."""
+        """The true pose of a toy."""
         position, orientation = self.client.getBasePositionAndOrientation(self.toys[name])
         return Pose(np.array(position), np.array(orientation))
 
     def put_toy(self, name: str, x: float, y: float, ground: float, yaw: float) -> None:
-        """Set a toy down at rest: only for setting the table up, never in a trial."""
+        """Put a toy somewhere at rest: for setting up the table, never in a trial."""
         body = self.toys[name]
         orientation = pybullet.getQuaternionFromEuler((0.0, 0.0, yaw))
         z = ground + self._resting_heights[name] + 0.001
@@ -110,7 +110,7 @@ class World:
         return self._widths[name]
 
     def toy_speed(self, name: str) -> float:
-        """How fast a toy moves, m/s."""
+        """Speed of a toy, m/s."""
         return float(np.linalg.norm(self.client.getBaseVelocity(self.toys[name])[0]))
 
     def _add_table(self) -> int:
@@ -125,7 +125,7 @@ class World:
     def _add_slab(self, half: tuple[float, ...], centre: tuple[float, ...]) -> int:
         shape = self.client.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
         body = self.client.createMultiBody(0.0, shape, basePosition=centre)
-        # Bullet multiplies the restitutions as well: 1 leaves each toy its own.
+        # Bullet multiplies restitutions: with 1, each toy's own counts.
         friction = self.physics.ground_friction
         self.client.changeDynamics(body, -1, lateralFriction=friction, restitution=1.0)
         return int(body)

@@ -1,4 +1,4 @@
-"""What stands still in view: floor, table with its blue line, and the robot's pedestal."""
+"""The static bodies in view: floor, table with its blue line, and the robot's pedestal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FLOOR = np.array([130.0, 134.0, 138.0])
 
 
 def cell_background(scene: Scene) -> tuple[RenderBody | PaintedPlane, ...]:
-    """The still part of the cell, in base_link."""
+    """The static part of the cell, in base_link."""
     table = scene.table
     top = table.top
     x, y = top.centre
@@ -55,7 +55,7 @@ def _table_paint(points: Floats, table: Table) -> NDArray[np.uint8]:
 
 
 def _floor_paint(points: Floats, table: Table) -> NDArray[np.uint8]:
-    """Speckled grey linoleum, and on it the soft shadow of the table."""
+    """Speckled grey linoleum with the soft shadow of the table."""
     x, y, _ = points.T
     speckle = _noise(np.floor(x / 0.004), np.floor(y / 0.004)) - 0.5
     cloud = np.sin(7.0 * x + 1.0) * np.sin(6.0 * y)

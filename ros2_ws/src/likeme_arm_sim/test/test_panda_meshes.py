@@ -5,7 +5,7 @@ import pybullet as bullet
 from scipy.spatial.transform import Rotation
 
 from likeme_arm_sim.kinematics import PANDA_URDF
-from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.panda_meshes import panda_links
 
 
 def test_link_hulls_lie_where_bullet_collides() -> None:

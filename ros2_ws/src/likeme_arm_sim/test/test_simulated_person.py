@@ -7,12 +7,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
-from likeme_arm_sim.hand import Posture, Side, hand_parts
+from likeme_arm_sim.hand_shapes import Posture, Side, hand_parts
 from likeme_arm_sim.human_hand import AWAY, HumanHand, minimum_jerk
+from likeme_arm_sim.physics_world import PhysicsWorld
 from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.simulated_person import PersonSettings, SimulatedPerson
 from likeme_arm_sim.toys import TOYS
-from likeme_arm_sim.world import World
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, State
 
@@ -32,7 +32,7 @@ class Shown(NamedTuple):
 
 def show(name: str, start: State, action: Action, seed: int = 0) -> Shown:
     scene = Scene()
-    world = World(scene, {name: TOYS[name]})
+    world = PhysicsWorld(scene, {name: TOYS[name]})
     heights: list[float] = []
 
     def tick() -> None:
@@ -44,7 +44,7 @@ def show(name: str, start: State, action: Action, seed: int = 0) -> Shown:
     world.put_toy(name, *STARTS[start], float(rng.uniform(-1.5, 1.5)))
     hand.wait(0.3)
     began, rest = world.time, heights[-1]
-    ending = Demonstrator(world, hand, scene, DemonstratorSettings()).perform(name, action, rng)
+    ending = SimulatedPerson(world, hand, scene, PersonSettings()).perform(name, action, rng)
     seconds, rise = world.time - began, max(heights) - rest
     hand.wait(1.0)
     state = scene.table.state_of(*map(float, world.toy_pose(name).position))

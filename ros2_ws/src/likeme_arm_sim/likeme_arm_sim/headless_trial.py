@@ -1,6 +1,6 @@
-"""One trial of self-experience without nodes and without images: for searches and benchmarks.
+"""One trial of the robot without nodes and images: for parameter searches and benchmarks.
 
-The camera is replaced by an error like perception's; what the gripper hides, it does not see.
+Perception is replaced by true poses with an error and with occlusion by the gripper.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from likeme_arm_sim.scene import Scene
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, State
 
-# Keeps the camera's chance apart from the cell's, which is drawn from the bare seed.
-EYE_STREAM = 2
-# After the motion: how long to wait at most for what rolls, s, and what counts as rest, m/s.
-REST, STILL = 4.0, 0.002
-CHECK = 0.1
+# Separates the random stream of perception from the cell's, which is drawn from the seed alone.
+PERCEPTION_STREAM = 2
+# After the motion: greatest time to wait for rest, s, speed at rest, m/s, and time between two
+# checks, s.
+REST_TIMEOUT, REST_SPEED, REST_PERIOD = 4.0, 0.002, 0.1
 
 
 @dataclass(frozen=True)
-class EyeError:
-    """Perceived minus true pose: as measured with the whole perception in the cell.
+class PerceptionNoise:
+    """Perceived minus true pose, as measured with perception in the cell.
 
     Attributes:
         bias: of the centroid, x and y, m.
@@ -47,26 +47,26 @@ class EyeError:
     turn: float = 0.05
 
 
-# The hand as the camera sees it, in its own frame, m: half extents along and across its flat axis,
-# and how far above the grasp point it begins and ends.
+# The gripper in its own frame, m: half extents along and across its flat axis, and the heights
+# above the grasp point where it begins and ends.
 HAND_HALF = (0.032, 0.104)
 HAND_SPAN = (0.045, 0.20)
-# At how many heights it is cut, and the height of a toy's middle, m.
+# Number of heights at which occlusion is tested, and the height of a toy's centre, m.
 HAND_SLICES, TOY_MIDDLE = 6, 0.025
 
 
-class Eye:
-    """What perception would say about an object during one trial."""
+class SimulatedPerception:
+    """Views of objects during one trial, with a constant error."""
 
-    def __init__(self, cell: Cell, seed: int, error: EyeError | None = None) -> None:
-        error = error or EyeError()
-        rng = np.random.default_rng([seed, EYE_STREAM])
+    def __init__(self, cell: Cell, seed: int, error: PerceptionNoise | None = None) -> None:
+        error = error or PerceptionNoise()
+        rng = np.random.default_rng([seed, PERCEPTION_STREAM])
         self._cell = cell
         self._shift = rng.normal(0.0, error.noise, 2) + error.bias
         self._turn = float(rng.normal(0.0, error.turn))
 
     def look(self, name: str) -> ObjectView:
-        """The perceived pose; its state None while the gripper hides the middle."""
+        """The perceived view; its state is None while the gripper occludes the centre."""
         true = self._cell.true_states()[name]
         x, y = true.x + float(self._shift[0]), true.y + float(self._shift[1])
         seen = State.OFFTABLE
@@ -76,7 +76,7 @@ class Eye:
         return ObjectView(x, y, true.yaw + self._turn, state)
 
     def _hidden(self, toy: ObjectView) -> bool:
-        """Whether the hand crosses the ray from the camera to the toy's middle."""
+        """Whether the gripper intersects the ray from the camera to the toy's centre."""
         tool, camera = self._cell.arm.tool, self._cell.scene.camera.position
         cos, sin = math.cos(tool.yaw), math.sin(tool.yaw)
         for share in range(HAND_SLICES):
@@ -89,8 +89,8 @@ class Eye:
         return False
 
 
-def settings_with(values: Mapping[str, float]) -> CellSettings:
-    """A cell's settings with values of its own for all parameters of `fitted.py`."""
+def settings_from_parameters(values: Mapping[str, float]) -> CellSettings:
+    """A cell's settings from values of all fitted parameters."""
     toys = {name: replace(toy, **fitted_fields(name, values)) for name, toy in TOY_PHYSICS.items()}
     arm = ArmAccuracy(
         bias_x=values['arm_bias_x'],
@@ -105,39 +105,39 @@ def settings_with(values: Mapping[str, float]) -> CellSettings:
     )
 
 
-def lone_cell(name: str, settings: CellSettings | None = None) -> Cell:
-    """A cell for fast trials: one toy, as the others would lie on the floor, and a swift arm."""
+def single_object_cell(name: str, settings: CellSettings | None = None) -> Cell:
+    """A cell for fast trials: one object, and an arm that skips motion through free space."""
     settings = replace(settings or CellSettings(), initial_states={})
     cell = Cell(Scene(objects=(name,)), 0, settings)
-    cell.arm.swift = True
+    cell.arm.skip_free_space = True
     return cell
 
 
-def try_action(
+def run_trial(
     cell: Cell, name: str, x_i: State, action: Action, seed: int,
-    on_tick: Callable[[], None] | None = None, error: EyeError | None = None,
+    on_tick: Callable[[], None] | None = None, error: PerceptionNoise | None = None,
 ) -> tuple[State, MotionResult]:  # fmt: skip
-    """Put an object into `x_i` by seed, act, wait until it rests; its true state then."""
+    """Reset by seed, execute an action, wait for rest; the true final state and the result."""
     cell.reset([name], [x_i], seed)
-    eye = Eye(cell, seed, error)
-    result = cell.run_action(Actor.ROBOT, name, action, eye.look, on_tick)
-    settle(cell, name, on_tick)
+    perception = SimulatedPerception(cell, seed, error)
+    result = cell.run_action(Actor.ROBOT, name, action, perception.look, on_tick)
+    wait_until_at_rest(cell, name, on_tick)
     state = cell.true_states()[name].state
-    assert state is not None, 'The truth is never covered.'
+    assert state is not None, 'The true state is always known.'
     return state, result
 
 
-def settle(cell: Cell, name: str, on_tick: Callable[[], None] | None = None) -> None:
-    """Let time pass until a toy has come to rest, or for REST s."""
-    for _ in range(round(REST / CHECK)):
-        cell.step(CHECK, on_tick)
-        if cell.world.toy_speed(name) < STILL:
+def wait_until_at_rest(cell: Cell, name: str, on_tick: Callable[[], None] | None = None) -> None:
+    """Step until a toy has come to rest, or for REST_TIMEOUT."""
+    for _ in range(round(REST_TIMEOUT / REST_PERIOD)):
+        cell.step(REST_PERIOD, on_tick)
+        if cell.world.toy_speed(name) < REST_SPEED:
             break
 
 
-def final_states(
+def count_final_states(
     cell: Cell, name: str, x_i: State, action: Action, seeds: range
 ) -> tuple[int, int, int]:
-    """How often the object ended LEFT, RIGHT, OFFTABLE."""
-    ends = [try_action(cell, name, x_i, action, seed)[0] for seed in seeds]
+    """Number of trials that ended LEFT, RIGHT, OFFTABLE."""
+    ends = [run_trial(cell, name, x_i, action, seed)[0] for seed in seeds]
     return ends.count(State.LEFT), ends.count(State.RIGHT), ends.count(State.OFFTABLE)

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.layout import START_AREAS, draw_layout
+from likeme_arm_sim.physics_world import PhysicsWorld
 from likeme_arm_sim.scene import OBJECTS, Scene
 from likeme_arm_sim.toys import TOYS
-from likeme_arm_sim.world import World
 from likeme_core.tabletop import State
 
 
-def fallen(name: str, seconds: float) -> World:
+def fallen(name: str, seconds: float) -> PhysicsWorld:
     """A world in which a toy was let go beside the table."""
-    world = World(Scene(), TOYS)
+    world = PhysicsWorld(Scene(), TOYS)
     world.put_toy(name, 0.42, 0.46, 0.05, 0.3)
     for _ in range(round(seconds * 240)):
         world.step()
@@ -22,7 +22,7 @@ def fallen(name: str, seconds: float) -> World:
 
 
 @pytest.mark.parametrize('name', OBJECTS)
-def test_what_falls_off_comes_to_rest_on_the_floor(name: str) -> None:
+def test_a_fallen_toy_comes_to_rest_on_the_floor(name: str) -> None:
     world = fallen(name, 8.0)
     x, y, z = world.toy_pose(name).position
     assert Scene().table.state_of(x, y, z) is State.OFFTABLE
@@ -31,7 +31,7 @@ def test_what_falls_off_comes_to_rest_on_the_floor(name: str) -> None:
     assert np.hypot(x - 0.42, y - 0.46) < 1.0
 
 
-def test_the_same_beginning_has_the_same_end() -> None:
+def test_the_same_start_has_the_same_end() -> None:
     first, second = (fallen('lemon', 2.0).toy_pose('lemon') for _ in range(2))
     assert np.array_equal(first.position, second.position)
     assert np.array_equal(first.orientation, second.orientation)
@@ -39,7 +39,7 @@ def test_the_same_beginning_has_the_same_end() -> None:
 
 @pytest.mark.parametrize('name', OBJECTS)
 def test_a_toy_lies_where_it_was_put(name: str) -> None:
-    world = World(Scene(), TOYS)
+    world = PhysicsWorld(Scene(), TOYS)
     world.put_toy(name, 0.44, 0.1, 0.0, 1.0)
     for _ in range(240):
         world.step()

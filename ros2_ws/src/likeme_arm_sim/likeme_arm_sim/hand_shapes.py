@@ -1,10 +1,9 @@
 """A human hand and forearm as convex segments, in the two postures of a demonstration.
 
-The hand's frame is parallel to base_link, so its pose is a translation alone. The forearm leaves
-towards the person (+x) and upwards, whatever way the hand is turned: turning is the wrist's matter
-(`yaw` of `hand_parts`).
+The hand's frame is parallel to base_link, so its pose is a translation. The forearm points towards
+the person (+x) and upwards at any yaw of the hand (`yaw` of `hand_parts`).
 
-- GRASP: the origin is the point between thumb tip and fingertips, to be put at the toy's centre.
+- GRASP: the origin is the point between thumb tip and fingertips, which goes to the toy's centre.
   Approach along -z; at yaw 0 the fingers close along y, a left hand's thumb on the +y side.
 - PUSH: the origin is the middle of the palm face, `PALM_HEIGHT` above the hand's lower edge. At
   yaw 0 the fingers point to -x, and a left hand's palm faces +y, its direction of push.
@@ -30,13 +29,13 @@ SLEEVE: Colour = (78, 92, 122)
 PALM_HEIGHT = 0.024
 FOREARM_ELEVATION = np.radians(36.0)
 FOREARM_LENGTH = 0.46
-# How much of the forearm is bare, m from the wrist.
+# Length of bare forearm from the wrist, m.
 CUFF = 0.09
 FINGERS = ('index', 'middle', 'ring', 'little')
 
 
 class Posture(StrEnum):
-    """What the hand is about to do."""
+    """Posture of the hand."""
 
     GRASP = 'grasp'
     PUSH = 'push'
@@ -57,7 +56,7 @@ def hand_parts(
 
     Args:
         posture: GRASP or PUSH.
-        yaw: turn of palm and fingers about z, rad; the forearm goes towards +x all the same.
+        yaw: rotation of palm and fingers about z, rad; the forearm does not rotate.
         opening: free distance between thumb and fingers in GRASP, m.
         side: left or right hand.
     """
@@ -75,13 +74,13 @@ def hand_parts(
 
 
 def _mirrored(mesh: ConvexMesh) -> ConvexMesh:
-    """The mirror image in y, its triangles turned so that they still face outwards."""
+    """The mirror image in y, with its triangles still facing outwards."""
     flipped = mesh.vertices * [1.0, -1.0, 1.0]
     return replace(mesh, vertices=flipped, triangles=mesh.triangles[:, ::-1])
 
 
 def _skin(shift: int) -> Colour:
-    """Skin a little redder (positive) or paler."""
+    """The skin colour, shifted towards red (positive) or paler."""
     return SKIN[0] + shift // 2, SKIN[1] - shift, SKIN[2] - shift
 
 

@@ -1,6 +1,6 @@
-"""The person across the table: reaches in, places or pushes a toy, and leaves again.
+"""The simulated person: reaches in, places or pushes a toy, and withdraws the hand.
 
-People have eyes: the hand goes where the toy truly is.
+The person sees the objects: the hand uses their true poses.
 """
 
 from __future__ import annotations
@@ -9,31 +9,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_arm.motion import Ending
+from likeme_arm.motion import PrimitiveResult
 from likeme_arm.tool_pose import wrap_half_turn
-from likeme_arm_sim.hand import PALM_HEIGHT, Posture, Side
+from likeme_arm_sim.hand_shapes import PALM_HEIGHT, Posture, Side
 from likeme_arm_sim.human_hand import AWAY, OPEN, HumanHand
+from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld, Vector
 from likeme_arm_sim.scene import Scene
-from likeme_arm_sim.world import TIME_STEP, Vector, World
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, Manner, State
 
 
 @dataclass(frozen=True)
-class DemonstratorSettings:
-    """How a person reaches: heights above the table and distances m, speeds m/s.
+class PersonSettings:
+    """Motions of the hand: heights above the table and distances m, speeds m/s.
 
     Attributes:
         speed: factor on all speeds.
         clear_height: above everything on the table.
         carry_height: over the table.
-        gap: behind the toy's middle where a push begins.
+        gap: distance behind the toy's centre at which a push begins.
         reach_speed: in and out.
         act_speed: near toys.
         push_speed, push_deceleration: in contact; the latter m/s^2, so that nothing rolls away.
         beyond_edge: how far past the table's edge OFFTABLE is.
-        palm: how far a pushed toy may stray from the middle of the palm.
-        lead: how far before the spot the push ends.
+        palm: distance from the middle of the palm from which the hand follows a pushed toy.
+        lead: distance before the target at which the push ends.
         room: to the next toy, where one is set down.
     """
 
@@ -51,34 +51,34 @@ class DemonstratorSettings:
     room: float = 0.13
 
 
-class Demonstrator:
-    """A person who can do each of the six actions with any toy."""
+class SimulatedPerson:
+    """Executes the six actions with the hand."""
 
     def __init__(
-        self, world: World, hand: HumanHand, scene: Scene, settings: DemonstratorSettings
+        self, world: PhysicsWorld, hand: HumanHand, scene: Scene, settings: PersonSettings
     ) -> None:
         self._world, self.hand, self._scene, self._s = world, hand, scene, settings
 
-    def perform(self, name: str, action: Action, rng: np.random.Generator) -> Ending:
-        """Reach in, act, leave. Pace and places vary a little by `rng`."""
+    def perform(self, name: str, action: Action, rng: np.random.Generator) -> PrimitiveResult:
+        """Reach in, act and withdraw. Speed and places vary by `rng`."""
         if not self.hand.away:
             self.withdraw()
         toy = self._world.toy_pose(name).position
         if action.manner is Manner.PUSH and toy[2] < -self._scene.table.thickness:
             reason = f'The {name} lies on the floor and cannot be pushed.'
-            return Ending(MotionOutcome.OBJECT_OFFTABLE, reason)
+            return PrimitiveResult(MotionOutcome.OBJECT_OFFTABLE, reason)
         pace = self._s.speed * float(rng.uniform(0.9, 1.1))
         spot = self._spot(name, action, rng)
         act = self._push if action.manner is Manner.PUSH else self._place
         act(name, spot, pace)
         self._leave(pace)
         verb = 'pushed' if action.manner is Manner.PUSH else 'placed'
-        return Ending(
+        return PrimitiveResult(
             MotionOutcome.COMPLETED, f'The person {verb} the {name} to {action.target.name}.'
         )
 
     def withdraw(self) -> None:
-        """Let go, lift the hand and take it out of the camera's sight."""
+        """Let go, lift the hand and move it out of the camera's view."""
         self.hand.release()
         self._leave(self._s.speed)
 
@@ -91,18 +91,18 @@ class Demonstrator:
     def _place(self, name: str, spot: Vector, pace: float) -> None:
         s, hand, toy = self._s, self.hand, self._world.toy_pose(name)
         axis = toy.matrix()[:2, 0]
-        # The fingers close across the long axis; of its two directions the wrist takes the nearer.
+        # The fingers close across the long axis, in the direction nearer to yaw 0.
         yaw = wrap_half_turn(float(np.arctan2(axis[1], axis[0])))
         hand.take(Side.LEFT, Posture.GRASP, yaw=yaw)
-        down = self._ways_down(toy.position)
-        hand.move_to(down[0], s.reach_speed * pace)
-        for way in down[1:]:
-            hand.move_to(way, s.act_speed * pace)
+        waypoints = self._approach(toy.position)
+        hand.move_to(waypoints[0], s.reach_speed * pace)
+        for point in waypoints[1:]:
+            hand.move_to(point, s.act_speed * pace)
         hand.open_to(self._world.width(name), 0.25 / pace)
         hand.grasp(name)
-        for way in reversed(down[:-1]):
-            height = min(way[2], s.carry_height)
-            hand.move_to(np.array([*way[:2], height]), s.act_speed * pace)
+        for point in reversed(waypoints[:-1]):
+            height = min(point[2], s.carry_height)
+            hand.move_to(np.array([*point[:2], height]), s.act_speed * pace)
         self._set_down(name, spot, pace)
 
     def _set_down(self, name: str, spot: Vector, pace: float) -> None:
@@ -123,32 +123,32 @@ class Demonstrator:
         behind = np.array([x, y - side.value * s.gap, PALM_HEIGHT + 0.003])
         hand.move_to(np.array([*behind[:2], s.clear_height]), s.reach_speed * pace)
         hand.move_to(behind, s.act_speed * pace)
-        self._sweep(name, side.value, spot[1] - side.value * s.lead, pace)
+        self._push_sideways(name, side.value, spot[1] - side.value * s.lead, pace)
         hand.wait(0.1)
 
-    def _sweep(self, name: str, side: float, end: float, pace: float) -> None:
-        """Move sideways to y = `end`, eyes on the toy, slowing so that it does not roll away."""
+    def _push_sideways(self, name: str, side: float, end: float, pace: float) -> None:
+        """Move sideways to y = `end`, decelerating so that the toy does not roll away."""
         hand, s = self.hand, self._s
         step = 0.12 * TIME_STEP
         while (rest := side * (end - hand.goal[1])) > 0.0:
             speed = min(s.push_speed * pace, np.sqrt(2 * s.push_deceleration * rest) + 0.02)
-            # The skin's friction keeps a rolling toy on its line; the hand follows only when the
+            # The skin's friction keeps a rolling toy on its line: the hand follows only when the
             # toy is about to leave the palm.
-            astray = self._world.toy_pose(name).position[0] - hand.goal[0]
-            follow = np.clip(np.sign(astray) * max(abs(astray) - s.palm, 0.0), -step, step)
+            offset_x = self._world.toy_pose(name).position[0] - hand.goal[0]
+            follow = np.clip(np.sign(offset_x) * max(abs(offset_x) - s.palm, 0.0), -step, step)
             hand.hold_at(hand.goal + np.array([follow, side * speed * TIME_STEP, 0.0]))
 
-    def _ways_down(self, toy: Vector) -> list[Vector]:
-        """From above to the toy; around the table's edge when it lies below the top."""
+    def _approach(self, toy: Vector) -> list[Vector]:
+        """Waypoints from above to the toy, around the table's edge if it lies below the top."""
         x, y, z = toy
         top, high = self._scene.table.top, self._s.clear_height
         if z > -self._scene.table.thickness or not top.contains(x, y):
             return [np.array([x, y, high]), toy]
-        beside = self._beside(y)
-        return [np.array([x, beside, high]), np.array([x, beside, z]), toy]
+        outside = self._beyond_edge(y)
+        return [np.array([x, outside, high]), np.array([x, outside, z]), toy]
 
-    def _beside(self, y: float) -> float:
-        """Past the table's side edge that is nearer to `y`, m."""
+    def _beyond_edge(self, y: float) -> float:
+        """y past the side edge of the table that is nearer to `y`, m."""
         return (self._scene.table.top.y_max + self._s.beyond_edge) * (1.0 if y > 0 else -1.0)
 
     def _ground(self, spot: Vector) -> float:
@@ -156,11 +156,11 @@ class Demonstrator:
         return 0.0 if table.top.contains(*spot) else table.floor_z
 
     def _spot(self, name: str, action: Action, rng: np.random.Generator) -> Vector:
-        """A free place in the target area, or past the table's nearer side edge, (x, y), m."""
+        """A free place in the target area, or past the nearer side edge, (x, y), m."""
         target = action.target
         x, y, _ = self._world.toy_pose(name).position
         if target is State.OFFTABLE:
-            return np.array([np.clip(x, 0.34, 0.52), self._beside(y)])
+            return np.array([np.clip(x, 0.34, 0.52), self._beyond_edge(y)])
         sign = 1.0 if target is State.LEFT else -1.0
         spots = np.column_stack([rng.uniform(0.37, 0.51, 24), sign * rng.uniform(0.11, 0.22, 24)])
         if action.manner is Manner.PUSH:

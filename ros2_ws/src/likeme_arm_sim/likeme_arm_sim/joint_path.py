@@ -1,4 +1,4 @@
-"""Ways of an arm through joint space, and how far along them it is after each control step."""
+"""Paths through joint space, and the speed profile along them."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ import numpy as np
 
 from likeme_arm.tool_pose import NoSolutionError
 from likeme_arm_sim.kinematics import Vector
-from likeme_arm_sim.world import TIME_STEP
+from likeme_arm_sim.physics_world import TIME_STEP
 
 
-class Path(NamedTuple):
-    """Joint waypoints along a way.
+class JointPath(NamedTuple):
+    """Joint waypoints along a path.
 
     Attributes:
-        distance: travelled at each of the waypoints, rising, (N,), m (or rad).
-        joints: there, (N, 7), rad.
-        failure: why the way ends before its goal; None when it does not.
+        distance: of each waypoint along the path, increasing, (N,), m (or rad).
+        joints: at each waypoint, (N, 7), rad.
+        failure: why the path ends before its goal; None if it does not.
     """
 
     distance: Vector
     joints: Vector
     failure: NoSolutionError | None = None
 
-    def after(self, distance: float) -> Path:
-        """What is left of a complete path behind a distance: the last piece at least."""
+    def after(self, distance: float) -> JointPath:
+        """The rest of a complete path after a distance; at least its last segment."""
         first = int(np.searchsorted(self.distance, distance))
         first = min(first, len(self.distance) - 2)
-        return Path(self.distance[first:] - self.distance[first], self.joints[first:])
+        return JointPath(self.distance[first:] - self.distance[first], self.joints[first:])
 
     def greatest_speed(self, limits: Vector) -> float:
         """The greatest speed that keeps every joint within its limit (7,), rad/s."""
@@ -40,11 +40,10 @@ class Path(NamedTuple):
         return np.stack([np.interp(distance, self.distance, each) for each in self.joints.T], 1)
 
 
-def travel(length: float, speed: float, acceleration: float) -> Vector:
-    """Distance after each control step of a motion that starts and ends at rest, m (or rad).
+def trapezoidal_profile(length: float, speed: float, acceleration: float) -> Vector:
+    """Distance after each control step of a motion from rest to rest, m (or rad).
 
-    The speed rises, stays and falls (trapezoid) and its corners are rounded over 0.1 s, so that
-    nothing jerks.
+    The speed profile is a trapezoid whose corners are rounded over 0.1 s, to limit jerk.
     """
     if length < 1e-9:
         return np.zeros(1)
