@@ -1,9 +1,10 @@
-"""What the simulated robot's six actions do to each object, beside the real robot's trials.
+"""How the simulated robot's six actions end for each object, beside the real robot's trials.
 
-Headless: the whole cell with all three toys, the others on the floor; perception is replaced by an
-error like its own (likeme_arm_sim/headless_trial.py), and success is the simulator's truth.
+Headless: the whole cell with all three toys, the others on the floor. Perception is replaced by an
+error model (see likeme_arm_sim/headless_trial.py), and success is read from the simulator's true
+states.
 `--seeds N` (10): trials of each object, initial state and action. The bar: rows of the 36 whose
-real counts an exact multinomial test at 0.05 does not tell from the simulated ones.
+real counts an exact multinomial test at 0.05 does not distinguish from the simulated ones.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, State
 from likeme_experiments.physics_fit.evaluate import FRESH, LEVEL
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
-from likeme_experiments.physics_fit.trial_rows import rows
+from likeme_experiments.physics_fit.table_rows import table_rows
 from report import Bar, publish
 
 
@@ -30,24 +31,24 @@ def final_states(cell: Cell, name: str, x_i: State, action: Action, seeds: int) 
         cell.run_action(Actor.ROBOT, name, action, SimulatedPerception(cell, seed).look)
         wait_until_at_rest(cell, name)
         state = cell.true_states()[name].state
-        assert state is not None, 'The truth is never covered.'
+        assert state is not None, 'The true state is always known.'
         counts[state] += 1
     return counts
 
 
 def main() -> None:
-    """Try everything and publish, with the real robot's counts as the peer."""
+    """Run all trials and publish the comparison with the real robot."""
     parser = argparse.ArgumentParser()
     parser.add_argument('--seeds', type=int, default=10)
     parser.add_argument('--json', action='store_true')
     seeds = parser.parse_args().seeds
     cell, notes, passed = Cell(Scene(), 0), {}, 0
-    for row in rows():
+    for row in table_rows():
         ours = final_states(cell, row.name, row.x_i, row.action, seeds)
         p = multinomial_p_value(row.real, smoothed(ours))
         passed += p > LEVEL
-        told = f'LEFT, RIGHT, OFFTABLE {ours}, real robot {list(row.real)}, p {p:.3f}'
-        notes[str(row)] = told
+        counts = f'LEFT, RIGHT, OFFTABLE {ours}, real robot {list(row.real)}, p {p:.3f}'
+        notes[str(row)] = counts
     agree = Bar('rows that agree', passed, None, 'of 36', 'the real robot', seeds, False)
     publish('actions', [agree], notes)
 

@@ -2,8 +2,8 @@
 
 Two scenes at 640x480: the three toys and a hand, which has to reach 30 Hz, and the same with the
 robot arm, which has to reach 15 Hz. Both rates must leave half of the core to physics and ROS.
-pybullet's TinyRenderer draws the very same meshes in the same run. Times are processor time, so
-that what else the machine does counts little.
+pybullet's TinyRenderer draws the same meshes in the same run. Times are processor time, which
+other load affects little.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ NEAR, FAR = 0.1, 10.0
 
 
 def on_one_core() -> None:
-    """Start this script again on a single core, before any library has started threads."""
+    """Restart this script on a single core, before any library has started threads."""
     if len(os.sched_getaffinity(0)) > 1:
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
         single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}

@@ -1,8 +1,8 @@
-"""Self-experience: full trials a second with one worker and with two, and writers of one store.
+"""Offline learning: trials a second with one and two workers, and concurrent writers of a store.
 
-A trial is reset, perceive, act, perceive, with the sensor model on. `--trials N` (162): of each
-run; the first 54, in which cells are built, are left out of the rate. `--writers N` (4): processes
-that record 250 trials each, one transaction a trial.
+A trial is reset, perceive, act, perceive, with the sensor model. `--trials N` (162): of each run;
+the rate excludes the first 54, in which cells are made. `--writers N` (4): processes that record
+250 trials each, one transaction a trial.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from likeme_arm_sim.scene import OBJECTS
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, State
 from likeme_experiments.learning.offline import learn_locally
-from likeme_experiments.learning.trial_cell import simulated_robot
+from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.exploration_policy import Systematic
 from likeme_inference.experience.store import ExperienceStore
@@ -33,11 +33,10 @@ EACH = 250
 PAIRS = len(State) * len(Action)
 
 
-class Run(NamedTuple):
-    """One campaign: trials per s without and with its start, processor s a trial, and its ends.
+class CampaignRun(NamedTuple):
+    """One campaign: trials per s without and with start-up, processor s a trial, and results.
 
-    The processor time is that of the workers, without their start as well: on a machine that
-    others use too it says more than the clock.
+    Processor time is that of the workers without start-up; other load affects it less.
     """
 
     rate: float
@@ -48,13 +47,13 @@ class Run(NamedTuple):
 
 @contextmanager
 def store_at(path: Path) -> Iterator[ExperienceStore]:
-    """A store in a folder that goes away."""
+    """A store in a temporary folder."""
     with closing(ExperienceStore(str(path))) as store:
         yield store
 
 
-def run(workers: int, repetitions: int, folder: Path) -> Run:
-    """Make a campaign with so many workers."""
+def run(workers: int, repetitions: int, folder: Path) -> CampaignRun:
+    """Run a campaign."""
     warm_up = PAIRS * len(OBJECTS)
     campaign = Campaign(simulated_robot(), 'offline-1', 1, OBJECTS, Systematic(repetitions))
     marks: list[tuple[float, float]] = []
@@ -69,17 +68,17 @@ def run(workers: int, repetitions: int, folder: Path) -> Run:
     (first, first_used), (last, last_used) = marks[warm_up - 1], marks[-1]
     trials = len(marks) - warm_up
     steady, processor = trials / (last - first), (last_used - first_used) / trials
-    return Run(steady, len(marks) / (ended - began), processor, ends)
+    return CampaignRun(steady, len(marks) / (ended - began), processor, ends)
 
 
 def _children_time() -> float:
-    """Processor s of the processes that this one has started and that run."""
+    """Processor s of the running child processes."""
     used = [child.cpu_times() for child in psutil.Process().children()]
     return float(sum(times.user + times.system for times in used))
 
 
 def _write(place: str, writer: int) -> None:
-    """Record trials one by one, every second one of which the next writer records too."""
+    """Record trials one by one; the next writer records half of them too."""
     with closing(ExperienceStore(place)) as store:
         for number in range(EACH):
             key = TrialKey(
@@ -90,15 +89,15 @@ def _write(place: str, writer: int) -> None:
 
 
 def write(writers: int, folder: Path) -> tuple[float, int]:
-    """Records per s of many writers at once, and how many trials are missing or twice."""
+    """Records per s of concurrent writers, and how many trials are missing or doubled."""
     place = folder / 'writers.sqlite'
     with store_at(place) as store:
         context = multiprocessing.get_context('spawn')
-        crew = [context.Process(target=_write, args=(str(place), n)) for n in range(writers)]
+        processes = [context.Process(target=_write, args=(str(place), n)) for n in range(writers)]
         began = time.monotonic()
-        for process in crew:
+        for process in processes:
             process.start()
-        for process in crew:
+        for process in processes:
             process.join()
         seconds = time.monotonic() - began
         kept = [trial.key.repetition for trial in store.trials()]
@@ -122,8 +121,8 @@ def main() -> None:
     other = sum(a != b for a, b in zip(one.ends, two.ends, strict=True))
     bars = [
         Bar('trials, two workers', two.rate, 4.0, '1/s', n=trials, at_most=False),
-        Bar('the same, aimed at', two.rate, 20.0, '1/s', n=trials, at_most=False),
-        Bar('the same, start of the workers included', two.overall, None, '1/s', n=trials),
+        Bar('the same, target', two.rate, 20.0, '1/s', n=trials, at_most=False),
+        Bar('the same with start-up', two.overall, None, '1/s', n=trials),
         Bar('trials, one worker', one.rate, None, '1/s', n=trials),
         Bar('two workers to one', two.rate / one.rate, 1.8, '', n=trials, at_most=False),
         Bar(
@@ -144,7 +143,7 @@ def main() -> None:
         ),
         Bar('processor time a trial, one worker', one.processor, None, 's', n=trials),
         Bar('processor time a trial, two workers', two.processor, None, 's', n=trials),
-        Bar('trials that end differently with two', other, 0, '', n=trials),
+        Bar('trials with another result with two', other, 0, '', n=trials),
         Bar(f'records of {given.writers} writers', records, None, '1/s', n=given.writers * EACH),
         Bar('trials lost or doubled by them', wrong, 0, '', n=given.writers * EACH),
     ]

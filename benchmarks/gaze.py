@@ -1,10 +1,10 @@
 """Gaze following: accuracy, coverage, the blindfold, and times, beside the authors' own code.
 
 Accuracy: six agents (seeds 1 to 6) of 200 head movements each, 375 goals, five observations. Times
-are processor time on one thread, so that what else the machine does counts little; the 10,000
-blindfold agents run on two processes, and half of their processor time stands for two idle cores.
+are processor time on one thread, which other load affects little; the 10,000 blindfold agents run
+in two processes, and half of their processor time is reported.
 The last figures compare the Gaussian answer with a million weighted samples of the exact posterior
-on 20 goals. `--quick` makes do with 200 blindfold agents and two of the 20 goals.
+on 20 goals. `--quick` uses 200 blindfold agents and two of the 20 goals.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ SETTING = SimulationSetup()
 #: Medians and 90th percentiles of the bars, degrees.
 ACCURACY = {'forward': (1.5, 3.9), 'reverse': (1.8, 5.0), 'following': (1.8, 5.0)}
 PEERS = {
-    'forward': '1.77 / 4.88, mended 1.49 / 3.86',
-    'reverse': '2.49 / 6.91, mended 2.32 / 6.08',
-    'following': '2.86 / 7.51, mended 2.14 / 6.00',
+    'forward': '1.77 / 4.88, corrected 1.49 / 3.86',
+    'reverse': '2.49 / 6.91, corrected 2.32 / 6.08',
+    'following': '2.86 / 7.51, corrected 2.14 / 6.00',
 }
 
 
 def on_one_thread() -> None:
-    """Start this script again with single-threaded libraries, before any has started threads."""
+    """Restart this script with single-threaded libraries, before any has started threads."""
     single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
     if any(os.environ.get(name) != value for name, value in single.items()):
         os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | single)
@@ -107,12 +107,12 @@ def times(model: GazeModel, test: GazeTest) -> Iterator[report.Bar]:
     reverse = 1e3 * seconds(lambda: reverse_inference(head, wide, start, final), 300)
     yield report.Bar('one forward inference, n = 200', forward, 1.0, 'ms', f'{THEIRS}: 14.4', 300)
     yield report.Bar('one reverse inference, n = 200', reverse, 1.5, 'ms', f'{THEIRS}: 16.7', 300)
-    yield report.Bar('the same for a goal that is only believed', believed, None, 'ms', None, 300)
+    yield report.Bar('the same for an uncertain goal', believed, None, 'ms', None, 300)
     run = seconds(lambda: gaze_errors(head, test), 3)
     theirs = f'{THEIRS}: 64 to 70'
     yield report.Bar('375 goals x 5 observations, one core', run, 3.0, 's', theirs, 3)
     train = seconds(lambda: GazeModel.simulated(1), 5)
-    yield report.Bar('training both, n = 200', train, 2.0, 's', f'{THEIRS}: 3.2, mended 6.3', 5)
+    yield report.Bar('training both, n = 200', train, 2.0, 's', f'{THEIRS}: 3.2, corrected 6.3', 5)
 
 
 def timed_turns(task: tuple[InfantGroup, int]) -> tuple[NDArray[np.float64], float]:
@@ -123,7 +123,7 @@ def timed_turns(task: tuple[InfantGroup, int]) -> tuple[NDArray[np.float64], flo
 
 
 def blindfold(notes: dict[str, Any]) -> Iterator[report.Bar]:
-    """The pattern of Fig 6 with 60 agents, and with AGENTS of them the times and the means."""
+    """Fig 6 with 60 agents; times and mean scores with AGENTS agents."""
     each = -(-AGENTS // (len(FIGURE_GROUPS) * CHUNK))
     tasks = [(group, CHUNK * k) for group in FIGURE_GROUPS for k in range(each)]
     begun = time.monotonic()
@@ -143,7 +143,7 @@ def blindfold(notes: dict[str, Any]) -> Iterator[report.Bar]:
     notes['each following group above opaque, 40 agents'] = f'p = {p:.1e}'
     still = differs_from_zero(few['opaque'])
     yield report.Bar('opaque differs from 0: p', still, 0.05, '', None, 20, False)
-    theirs = {'baseline': '2.08, mended 3.40', 'windowed': '2.14, 3.67', 'opaque': '0.00, 0.05'}
+    theirs = {'baseline': '2.08, corrected 3.40', 'windowed': '2.14, 3.67', 'opaque': '0.00, 0.05'}
     for name, found in turned.items():
         score = group_score(found)
         peer = f'{THEIRS}: {theirs[name]}'
@@ -172,8 +172,8 @@ def exact_gap(case: int) -> dict[str, float]:
     return gap(answer, exact.belief) | {'effective': exact.effective}
 
 
-def limit() -> Iterator[report.Bar]:
-    """How far the Gaussian answer is from the exact posterior of the learned model."""
+def exact_differences() -> Iterator[report.Bar]:
+    """Differences between the Gaussian and the exact posterior of the learned model."""
     with ProcessPoolExecutor(2) as pool:
         gaps = list(pool.map(exact_gap, range(CASES)))
     peer = f'{SAMPLES:,} weighted samples'
@@ -200,7 +200,7 @@ def main() -> None:
     bars = [*accuracy(errors)]
     bars += times(GazeModel.simulated(1), gaze_test(np.random.default_rng([1, 1])))
     bars += blindfold(notes)
-    bars += limit()
+    bars += exact_differences()
     report.publish('gaze', bars, notes)
 
 

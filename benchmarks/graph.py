@@ -1,9 +1,8 @@
 """The running graph: camera rate, camera-to-table_state latency, frames lost, CPU per node.
 
-Starts the cell as a user does (scripts/start_cell.sh) on a ROS domain of its own and listens to
-camera_info, which is small and leaves the node just before the images with the same stamp, so that
-the time from its arrival to that of the table_state with this stamp is the whole way: transport of
-two images, perception, transport back.
+Starts the cell by scripts/start_cell.sh on a ROS domain of its own. Latency is measured from the
+arrival of camera_info, which is published just before the images of the same stamp, to the arrival
+of the table_state of this stamp: two image transports, perception, and the transport back.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import psutil
@@ -25,6 +25,7 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo
 
+from likeme_core.ros.time import stamp_ns
 from likeme_msgs.msg import TableState
 from likeme_msgs.srv import ExecuteAction
 from report import Bar, publish
@@ -38,7 +39,7 @@ TIMED = 0.99
 
 @dataclass(frozen=True)
 class Phase:
-    """What was counted while one thing went on."""
+    """Measurements of one phase."""
 
     name: str
     rate: float
@@ -58,29 +59,31 @@ class Listener(Node):
         self.create_subscription(
             CameraInfo,
             'camera/rgb/camera_info',
-            lambda m: self.camera.setdefault(_nanoseconds(m.header.stamp), time.monotonic()),
+            self._on_camera,
             qos_profile_sensor_data,
         )
         self.create_subscription(
             TableState,
             'table_state',
-            lambda m: self.tables.setdefault(_nanoseconds(m.header.stamp), time.monotonic()),
+            self._on_table,
             10,
         )
         self.human = self.create_client(ExecuteAction, 'human/execute_action')
         self.arm = self.create_client(ExecuteAction, 'arm/execute_action')
 
+    def _on_camera(self, message: CameraInfo) -> None:
+        self.camera.setdefault(stamp_ns(message.header.stamp), time.monotonic())
+
+    def _on_table(self, message: TableState) -> None:
+        self.tables.setdefault(stamp_ns(message.header.stamp), time.monotonic())
+
     def until(self, done: Callable[[], bool], timeout: float, what: str) -> None:
-        """Spin until done, or stop the benchmark with a sentence."""
+        """Spin until done; exit with an error message after `timeout` s."""
         deadline = time.monotonic() + timeout
         while not done():
             if time.monotonic() > deadline:
                 raise SystemExit(f'Expected {what} within {timeout:.0f} s, got nothing.')
             rclpy.spin_once(self, timeout_sec=0.05)
-
-
-def _nanoseconds(stamp: object) -> int:
-    return stamp.sec * 10**9 + stamp.nanosec
 
 
 def _processes(pid: int) -> dict[str, psutil.Process]:
@@ -90,7 +93,9 @@ def _processes(pid: int) -> dict[str, psutil.Process]:
     }
 
 
-def _measure(listener: Listener, name: str, nodes: dict, done: Callable[[], bool]) -> Phase:
+def _measure(
+    listener: Listener, name: str, nodes: dict[str, psutil.Process], done: Callable[[], bool]
+) -> Phase:
     listener.camera.clear()
     before = {node: sum(process.cpu_times()[:2]) for node, process in nodes.items()}
     start = time.monotonic()
@@ -101,7 +106,7 @@ def _measure(listener: Listener, name: str, nodes: dict, done: Callable[[], bool
         for node, process in nodes.items()
     }
     camera = dict(listener.camera)
-    # The last frames may still be under way.
+    # The last frames may still be in transit.
     settled = time.monotonic() + 1.0
     listener.until(lambda: time.monotonic() > settled, 5.0, 'the last frames')
     stamps = sorted(camera)
@@ -111,13 +116,13 @@ def _measure(listener: Listener, name: str, nodes: dict, done: Callable[[], bool
     return Phase(name, rate, len(stamps), len(stamps) - len(latency), np.array(latency), cpu)
 
 
-def _acting(listener: Listener, client: object, action: int) -> Callable[[], bool]:
+def _acting(client: Any, action: int) -> Callable[[], bool]:
     future = client.call_async(ExecuteAction.Request(object='chicken', action=action))
 
     def done() -> bool:
         if future.done() and not future.result().success:
             raise SystemExit(f'Expected the motion to complete, got: {future.result().message}')
-        return future.done()
+        return bool(future.done())
 
     return done
 
@@ -136,17 +141,17 @@ def _phases(pid: int) -> list[Phase]:
                 listener,
                 'the hand moves',
                 nodes,
-                _acting(listener, listener.human, ExecuteAction.Request.PLACE_RIGHT),
+                _acting(listener.human, ExecuteAction.Request.PLACE_RIGHT),
             ),
             _measure(
                 listener,
                 'the arm moves',
                 nodes,
-                _acting(listener, listener.arm, ExecuteAction.Request.PUSH_LEFT),
+                _acting(listener.arm, ExecuteAction.Request.PUSH_LEFT),
             ),
         ]
     finally:
-        listener.destroy_node()
+        listener.destroy_node()  # type: ignore[no-untyped-call]
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """Goal posterior and decision against general engines (pyAgrum, pgmpy), batches, and growth.
 
-All engines hold the same model, p(G) p(X_i) p(A | G, X_i) p(X_f | X_i, A), answer the same
-questions in the same process in turn, and must give the same answers. Needs peers.lock, which
+All engines hold the same model, p(G) p(X_i) p(A | G, X_i) p(X_f | X_i, A), get the same queries in
+turn in the same process, and must give the same answers. Needs peers.lock, which
 bench.sh installs. `--calls N` (2000): calls of ours and pyAgrum; pgmpy gets a tenth.
 """
 
@@ -38,7 +38,7 @@ PEER_STATES = 30
 
 
 class Ours:
-    """GoalModel, asked as the node asks it."""
+    """GoalModel, called as by the node."""
 
     def __init__(self, model: GoalModel) -> None:
         self._model = model
@@ -55,8 +55,8 @@ class Ours:
         return goal, made.action, made.predicted_success
 
 
-class Anew(Ours):
-    """The sums of each question done anew, without the table of answers that GoalModel keeps."""
+class Uncached(Ours):
+    """Each query computed without GoalModel's table of answers."""
 
     def goal_posterior(self, x_i: int, x_f: int) -> Any:
         """P(G | x_i, x_f)."""
@@ -65,7 +65,7 @@ class Anew(Ours):
 
 
 class Times(NamedTuple):
-    """Percentiles of single calls, s, and how many there were."""
+    """Percentiles of single calls, s, and their number."""
 
     p50: float
     p99: float
@@ -73,7 +73,7 @@ class Times(NamedTuple):
 
 
 def timed(calls: Sequence[Callable[[int, int], Any]], numbers: Sequence[int]) -> list[Times]:
-    """Time several functions in turn, round by round, so that all meet the same machine."""
+    """Time several functions in turn, so that all run under the same load."""
     spent: list[list[int]] = [[] for _ in calls]
     for k in range(max(numbers)):
         x_i, x_f = CHANGES[k % len(CHANGES)]
@@ -93,7 +93,7 @@ def timed(calls: Sequence[Callable[[int, int], Any]], numbers: Sequence[int]) ->
 
 
 def check_same(ours: Ours, peers: Sequence[Engine]) -> None:
-    """Engines that disagree are not worth comparing."""
+    """Fail unless all engines give the same answers."""
     for peer in peers:
         for change in CHANGES:
             assert np.allclose(
@@ -104,11 +104,11 @@ def check_same(ours: Ours, peers: Sequence[Engine]) -> None:
 
 
 def single(calls: int) -> list[Bar]:
-    """One question at a time, p50 and p99, and how many times faster than the peers."""
+    """Single queries: p50, p99, and the ratio to the peers."""
     model = GoalModel.of(
         TransitionModel(shipped().objects['pear'].counts, CONCENTRATION).transition
     )
-    ours, anew, agrum, pgmpy = Ours(model), Anew(model), Agrum(model), Pgmpy(model)
+    ours, anew, agrum, pgmpy = Ours(model), Uncached(model), Agrum(model), Pgmpy(model)
     check_same(ours, (anew, agrum, pgmpy))
     bars = []
     for what, mine, limits in [

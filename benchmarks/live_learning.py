@@ -1,9 +1,9 @@
-"""Learning in the live cell while its parts are killed: no trial lost, none doubled, no hang.
+"""Live learning while nodes are killed: trials lost and doubled, and hangs.
 
-`--trials N` (54): to make. `--kills N` (6): kill -9 of arm driver, perception, inference and
-learner in turn, each at a random moment after the first trial since the last. `--seed N` (1): of
-the campaign and of the moments. `--store FILE`: keep the trials there, and go on with those that
-are in it. `--minutes N`: stop then, wherever it is. The cell runs as fast as it goes.
+`--trials N` (54): to make. `--kills N` (6): SIGKILL of arm driver, perception, inference and
+learner in turn, each at a random time after the first trial since the last kill. `--seed N` (1):
+of the campaign and the times. `--store FILE`: keep the trials there and continue with those in it.
+`--minutes N`: time limit. The cell runs without real-time pacing.
 """
 
 from __future__ import annotations
@@ -30,21 +30,27 @@ from report import Bar, publish
 
 ROBOT = 'live-bench'
 VICTIMS = 'arm_driver_node', 'perception_node', 'inference_node', 'learner'
-#: s from a trial to a kill, mean; s without a new trial that count as a hang; s between looks.
-MEAN_PAUSE, HANG, GLANCE = 6.0, 300.0, 0.5
+#: s from a trial to a kill, mean; s without a new trial that count as a hang; s between polls.
+MEAN_PAUSE, HANG, POLL_PERIOD = 6.0, 300.0, 0.5
 
 
 class Learner:
-    """`learn.sh --with-cell` as a process, started anew when it ended."""
+    """`learn.sh --with-cell` as a process that can be restarted."""
 
     def __init__(self, words: list[str], log: Path) -> None:
-        self._command = [sys.executable, '-m', 'likeme_experiments.learn', '--with-cell', *words]
+        self._command = [
+            sys.executable,
+            '-m',
+            'likeme_experiments.commands.learn',
+            '--with-cell',
+            *words,
+        ]
         self._log = log.open('ab')
         self.starts = 0
         self.start()
 
     def start(self) -> None:
-        """Start it."""
+        """Start the process."""
         self.starts += 1
         self.process = subprocess.Popen(
             self._command,
@@ -54,7 +60,7 @@ class Learner:
         )
 
     def kill(self, victim: str) -> bool:
-        """Kill -9 the learner or a node of its cell; whether it was there."""
+        """Kill -9 the learner or a node of its cell; True if it was running."""
         if victim == 'learner':
             self.process.kill()
             self.process.wait()
@@ -70,7 +76,7 @@ class Learner:
 
 
 def main() -> None:
-    """Learn, kill, and count."""
+    """Measure and publish."""
     parser = argparse.ArgumentParser()
     parser.add_argument('--trials', type=int, default=54)
     parser.add_argument('--kills', type=int, default=6)
@@ -86,7 +92,7 @@ def main() -> None:
 
 
 def measure(given: argparse.Namespace, place: Path, log: Path) -> list[Bar]:
-    """Run the campaign to its end with kills at random moments."""
+    """Run the campaign to its end with kills at random times."""
     rng, victims = np.random.default_rng(given.seed), cycle(VICTIMS)
     campaign = campaign_of(
         'live', ROBOT, given.seed, OBJECTS, PolicyName.RANDOM, 10, given.trials
@@ -101,7 +107,7 @@ def measure(given: argparse.Namespace, place: Path, log: Path) -> list[Bar]:
         news, due = time.monotonic(), np.inf
         last = began + 60 * given.minutes
         while learner.process.poll() != 0 and not hangs and time.monotonic() < last:
-            time.sleep(GLANCE)
+            time.sleep(POLL_PERIOD)
             now, found = time.monotonic(), store.identities(ROBOT, campaign.name)
             gone += len(known - found)
             if found != known:

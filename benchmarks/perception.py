@@ -1,8 +1,8 @@
-"""Perception: time per frame, and what it says against truth and labelled frames.
+"""Perception: time per frame, and accuracy against ground truth and labelled frames.
 
-The simulated cell plays acts of person and robot for several seeds; times are processor time of
-one thread. With the real RGB-D frames at hand (`LIKEME_SHARED`, or `../shared` beside the project)
-the same pipeline is judged on them as well.
+Human and robot actions in the simulated cell, for several seeds; times are processor time of one
+thread. If the real RGB-D frames are available (`LIKEME_SHARED`, or `../shared` beside the project)
+the same pipeline is evaluated on them too.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from likeme_arm_sim.scene import Scene
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner, State
-from likeme_experiments.learning.observed_cell import object_view
+from likeme_experiments.learning.cell_perception import object_view
 from likeme_perception.blobs import mask_of
 from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
@@ -47,8 +47,8 @@ ACTS: tuple[tuple[Actor, str, Action], ...] = (
 SHARED = Path(os.environ.get('LIKEME_SHARED', Path(__file__).resolve().parents[2] / 'shared'))
 
 
-class Tally:
-    """What was measured over all seeds."""
+class Measurements:
+    """Measurements over all seeds."""
 
     def __init__(self) -> None:
         self.times: dict[str, list[float]] = {'empty': [], 'hand': [], 'arm': []}
@@ -59,10 +59,10 @@ class Tally:
         self.unsettled = 0
 
 
-class Watched:
-    """A cell under perception's eyes."""
+class ObservedCell:
+    """A cell and its perception."""
 
-    def __init__(self, seed: int, tally: Tally) -> None:
+    def __init__(self, seed: int, tally: Measurements) -> None:
         self.cell = Cell(Scene(), seed)
         camera = self.cell.scene.camera
         lens = camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height
@@ -73,7 +73,7 @@ class Watched:
         self._tally, self._due = tally, 0.0
 
     def tick(self) -> None:
-        """Look when a frame is due."""
+        """Process a frame when it is due."""
         if self.cell.time < self._due:
             return
         self._due = self.cell.time + 1 / FRAME_RATE
@@ -89,11 +89,11 @@ class Watched:
             self._tally.times[what].append(spent * 1e3)
 
     def look(self, name: str) -> ObjectView | None:
-        """What the robot is told about an object."""
+        """An object as the arm receives it."""
         return None if self.table is None else object_view(self.table.object(name))
 
     def do(self, actor: Actor, name: str, action: Action) -> None:
-        """Act, let everything come to rest, and compare with the truth."""
+        """Act, wait until all objects rest, and compare with the ground truth."""
         before = self.cell.true_states()[name].state
         self.found.clear()
         self.cell.run_action(actor, name, action, self.look, self.tick)
@@ -121,10 +121,10 @@ class Watched:
 
 
 def cell_bars() -> list[report.Bar]:
-    """The cell's figures."""
-    tally = Tally()
+    """Figures in the simulated cell."""
+    tally = Measurements()
     for seed in range(SEEDS):
-        watched = Watched(seed, tally)
+        watched = ObservedCell(seed, tally)
         watched.cell.step(2.0, watched.tick)
         for act in ACTS:
             watched.do(*act)
@@ -146,7 +146,7 @@ def cell_bars() -> list[report.Bar]:
         report.Bar('time per frame, p99', p99, 33.0, 'ms', 'one frame at 30 Hz', len(all_times)),
         _all_of('states at rest right', tally.states),
         _all_of('acts found, manner right', tally.acts),
-        report.Bar('acts that were none', tally.false_acts, 0, '', 'truth', SEEDS * len(ACTS)),
+        report.Bar('false demonstrations', tally.false_acts, 0, '', 'truth', SEEDS * len(ACTS)),
         report.Bar('not settled after 2 s', tally.unsettled, 0, '', 'truth', SEEDS * len(ACTS)),
         _percentile('centroid error p50', tally.errors, 50, 5.0),
         _percentile('centroid error p95', tally.errors, 95, 10.0),
@@ -163,7 +163,7 @@ def _percentile(name: str, errors: list[float], q: float, bar: float) -> report.
 
 
 class Segmented(NamedTuple):
-    """One labelled frame: IoU of object or not, and how many objects came out whole."""
+    """One labelled frame: IoU of the object mask, and how many objects were segmented whole."""
 
     iou: float
     objects: int
@@ -171,7 +171,7 @@ class Segmented(NamedTuple):
 
 
 def segmented(color: Path) -> Segmented:
-    """Judge one MOSD frame; its labels count in tens, the units are parts of one object."""
+    """Segment one MOSD frame; its labels count in tens, the units are parts of one object."""
     frame = read_frame(color, Path(str(color).replace('color', 'depth')))
     label = cv2.imread(str(color).replace('color', 'label'), cv2.IMREAD_UNCHANGED)
     assert label is not None
@@ -193,7 +193,7 @@ def _iou(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def real_bars() -> list[report.Bar]:
-    """Figures on real frames, none where they are not at hand."""
+    """Figures on real frames; none if they are not available."""
     frames = SHARED / 'data' / 'rgbd'
     if not frames.is_dir():
         return []
@@ -201,7 +201,7 @@ def real_bars() -> list[report.Bar]:
     total = sum(d.objects for d in desk)
     return [
         report.Bar(
-            'real desk: median IoU of thing or not',
+            'real desk: median IoU of the object mask',
             float(np.median([d.iou for d in desk])),
             0.977,
             '',
@@ -210,7 +210,7 @@ def real_bars() -> list[report.Bar]:
             False,
         ),
         report.Bar(
-            'real desk: objects that came out whole',
+            'real desk: objects segmented whole',
             sum(d.whole for d in desk) / total,
             None,
             '',

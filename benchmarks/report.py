@@ -1,4 +1,4 @@
-"""How every benchmark speaks: one JSON document, or a table, with the machine and the bars.
+"""Report of a benchmark as JSON or as a table: the machine and the measured figures.
 
 A benchmark is a script `benchmarks/NAME.py` with a `main()` that ends in
 `report.publish('name', [Bar(...), ...], notes={...})`. `--json` on its command line chooses JSON.
@@ -17,30 +17,30 @@ from typing import Any, NamedTuple
 
 
 class Bar(NamedTuple):
-    """One measured figure beside the figure it is held against."""
+    """One measured figure and its bar."""
 
     name: str
     measured: float
-    # None: a figure that is reported and held against nothing.
+    # None: reported without a bar.
     bar: float | None
     unit: str
     # Where the bar comes from: a paper, another project, a requirement.
     peer: str | None = None
-    # How many samples stand behind `measured`.
+    # Number of samples.
     n: int = 1
     # True: smaller is better (times, losses); False: larger is better (rates, shares).
     at_most: bool = True
 
     @property
     def met(self) -> bool | None:
-        """Whether the measured figure reaches the bar (NaN never does); None without a bar."""
+        """Whether the figure reaches its bar (NaN does not); None without a bar."""
         if self.bar is None:
             return None
         return self.measured <= self.bar if self.at_most else self.measured >= self.bar
 
 
 def machine() -> dict[str, Any]:
-    """What a reader compares machines by: processor, cores, memory (GiB), system, Python."""
+    """Processor, cores, memory (GiB), system, Python."""
     return {
         'processor': _first_field('/proc/cpuinfo', 'model name') or platform.processor(),
         'cores': len(os.sched_getaffinity(0)),
@@ -75,7 +75,7 @@ def publish(name: str, bars: Sequence[Bar], notes: Mapping[str, Any] | None = No
 
 def table(report: Mapping[str, Any]) -> str:
     """The report as aligned text."""
-    rows = [('what', 'measured', 'bar', 'unit', 'n', '', 'held against')]
+    rows = [('what', 'measured', 'bar', 'unit', 'n', '', 'bar from')]
     for bar in report['bars']:
         sign = '<=' if bar['at_most'] else '>='
         limit = '' if bar['bar'] is None else f'{sign} {bar["bar"]:.4g}'

@@ -1,6 +1,6 @@
-"""Set-up from a fresh clone, and what the second call costs.
+"""Time of the set-up in a fresh clone, and of a second call.
 
-The packages come from the installer's cache when they are in it; `--cold` looks away from it.
+Packages are taken from the installer's cache; `--cold` ignores the cache.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The demo, seed by seed: completed or not, why not, and how long it took.
+"""The demo with several seeds: completed or not, the reason if not, and the time.
 
-`./scripts/bench.sh story [--json] [--seeds N]`: ten seeds unless told otherwise. Every run is the
-whole demo with its own processes. The bar on time is the 90 s a user should at most have to wait.
+`./scripts/bench.sh story [--json] [--seeds N]` (10). Each run is the whole demo with its own
+processes. The bar on time is 90 s.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from typing import NamedTuple
 
 from report import Bar, publish
 
-PATIENCE = 300.0
+DEMO_TIMEOUT = 300.0
 
 
-class Told(NamedTuple):
-    """How one telling of the story went. why: the telling lines when it was not completed."""
+class DemoRun(NamedTuple):
+    """One run of the demo. reason: the lines that say why it was not completed."""
 
     seed: int
     completed: bool
     seconds: float
-    why: str
+    reason: str
 
 
-def tell(seed: int, folder: Path) -> Told:
+def run_demo(seed: int, folder: Path) -> DemoRun:
     """Run the demo with one seed."""
     command = [sys.executable, '-m', 'likeme_bringup.demo', '--seed', str(seed)]
     begin = time.monotonic()
@@ -36,36 +36,38 @@ def tell(seed: int, folder: Path) -> Told:
         [*command, '--out', str(folder / str(seed))],
         capture_output=True,
         text=True,
-        timeout=PATIENCE,
+        timeout=DEMO_TIMEOUT,
         check=False,
     )
     seconds = time.monotonic() - begin
-    words = ' '.join(done.stdout.split())
-    why = '' if done.returncode == 0 else _reason(words)
-    return Told(seed, done.returncode == 0, seconds, why)
+    output = ' '.join(done.stdout.split())
+    reason = '' if done.returncode == 0 else _reason(output)
+    return DemoRun(seed, done.returncode == 0, seconds, reason)
 
 
-def _reason(words: str) -> str:
-    """What the demo said about the end of the story."""
+def _reason(output: str) -> str:
+    """The demo's explanation of the end, or its last characters."""
     for opening in ('The story stops here. ', ' not reached: '):
-        if opening in words:
-            return words.partition(opening)[2].partition(' What the ')[0]
-    return words[-200:]
+        if opening in output:
+            return output.partition(opening)[2].partition(' What the ')[0]
+    return output[-200:]
 
 
 def main() -> None:
-    """Tell the story with every seed and publish."""
+    """Run the demo with every seed and publish."""
     parser = argparse.ArgumentParser()
     parser.add_argument('--seeds', type=int, default=10)
     parser.add_argument('--json', action='store_true')
     seeds = parser.parse_args().seeds
     with tempfile.TemporaryDirectory() as folder:
-        runs = [tell(seed, Path(folder)) for seed in range(1, seeds + 1)]
+        runs = [run_demo(seed, Path(folder)) for seed in range(1, seeds + 1)]
     bars = [
-        Bar('completed', sum(run.completed for run in runs), None, 'stories', None, seeds, False),
+        Bar('completed', sum(run.completed for run in runs), None, 'runs', None, seeds, False),
         Bar('longest', max(run.seconds for run in runs), 90.0, 's', 'the user', seeds),
     ]
-    rows = {f'seed {run.seed}': f'{run.seconds:.0f} s, {run.why or "completed"}' for run in runs}
+    rows = {
+        f'seed {run.seed}': f'{run.seconds:.0f} s, {run.reason or "completed"}' for run in runs
+    }
     publish('story', bars, rows)
 
 

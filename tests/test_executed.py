@@ -1,8 +1,10 @@
-"""Imitation carried out in process: the same by seed however it is made, kept, counted, drawn."""
+"""Executed imitation: episodes are deterministic, logged, scored and drawn."""
 
 from __future__ import annotations
 
 import json
+import shutil
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -10,30 +12,32 @@ import cv2
 import pytest
 from typer.testing import CliRunner, Result
 
+from likeme_arm_sim.cell import Cell
 from likeme_core.tabletop import Action, Manner, Mode, State
-from likeme_experiments.evaluation.episode import Act, Episode
-from likeme_experiments.evaluation.forecast import Case
-from likeme_experiments.imitation import episodes
-from likeme_experiments.imitation.episode_log import Journal, fingerprint
-from likeme_experiments.imitation.episodes import Task, make_episode, tasks
-from likeme_experiments.imitation.imitation_cell import Stage
+from likeme_experiments.commands.reproduce import app
+from likeme_experiments.evaluation.episode import ImitationEpisode, PerceivedDemonstration
+from likeme_experiments.evaluation.forecast import DemonstrationCase
+from likeme_experiments.imitation import demonstration, episode_log, episodes
+from likeme_experiments.imitation.demonstration import single_object_cell
+from likeme_experiments.imitation.episode_log import EpisodeLog, fingerprint
+from likeme_experiments.imitation.episodes import EpisodeTask, make_episode, tasks
+from likeme_experiments.imitation.imitation_cell import ImitationCell
 from likeme_experiments.learning import self_taught_model as learning
-from likeme_experiments.learning.trial_cell import simulated_robot
-from likeme_experiments.reproduce import app
+from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_experiments.reproductions.models import model_of
-from likeme_experiments.reproductions.report import Options
+from likeme_experiments.reproductions.report import ReproductionOptions
 from likeme_inference.tabletop.model_file import format_model, shipped
 from likeme_inference.tabletop.robot_model import RobotModel
 
 TEXT = format_model(shipped())
 WAYS = ('trajectory', 'goal_based', 'interactive', 'sequential', 'sequential_with_help')
-BACK = Task(Case('lemon', State.RIGHT, State.LEFT, Manner.PUSH), 1)
+BACK = EpisodeTask(DemonstrationCase('lemon', State.RIGHT, State.LEFT, Manner.PUSH), 1)
 #: The pear from RIGHT to LEFT is what the paper's robot asks for.
-ASKED = Task(Case('pear', State.RIGHT, State.LEFT, Manner.PLACE), 0)
+ASKED = EpisodeTask(DemonstrationCase('pear', State.RIGHT, State.LEFT, Manner.PLACE), 0)
 
 
 @pytest.fixture(scope='module')
-def lemon_back() -> Episode:
+def lemon_back() -> ImitationEpisode:
     return make_episode(BACK, TEXT)
 
 
@@ -47,40 +51,54 @@ def only(name: str) -> RobotModel:
     return RobotModel(f'only_{name}', '1', known.sources, rows)
 
 
-def test_a_stage_gives_the_same_answer_whatever_it_was_asked_before() -> None:
+def test_a_result_depends_on_the_actions_alone() -> None:
     push, place = Action.PUSH_RIGHT, Action.PLACE_RIGHT
-    wandering = Stage('lemon', State.LEFT, 7)
-    wandering.act((), place)
-    first = wandering.act((), push)
-    wandering.help((), State.RIGHT)
-    straight = Stage('lemon', State.LEFT, 7)
-    assert straight.beginning == wandering.beginning
-    assert straight.act((), push) == first
-    done = wandering.act((push,), place)
-    assert straight.act((push,), place) == done
-    assert straight.carried_out == 3
-    assert wandering.act((push,), place) is done
+    with single_object_cell('lemon') as one, single_object_cell('lemon') as other:
+        wandering = ImitationCell(one, 'lemon', State.LEFT, 7)
+        wandering.execute((), place)
+        first = wandering.execute((), push)
+        wandering.help((), State.RIGHT)
+        straight = ImitationCell(other, 'lemon', State.LEFT, 7)
+        assert straight.start == wandering.start
+        assert straight.execute((), push) == first
+        done = wandering.execute((push,), place)
+        assert straight.execute((push,), place) == done
+        assert straight.executed == 2
+        assert wandering.execute((push,), place) is done
     assert done.view.stamp > first.view.stamp > first.report.finished > 0
 
 
-def test_an_episode_is_a_function_of_task_and_model(lemon_back: Episode) -> None:
+def test_an_episode_closes_every_cell_it_makes(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[Cell] = []
+
+    def new_cell(*arguments: Any) -> Cell:
+        made.append(Cell(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr(demonstration, 'Cell', new_cell)
+    make_episode(BACK, TEXT)
+    assert made
+    assert not any(cell.world.client.isConnected() for cell in made)
+
+
+def test_an_episode_is_a_function_of_task_and_model(lemon_back: ImitationEpisode) -> None:
     asked = make_episode(ASKED, TEXT)
     assert make_episode(BACK, TEXT) == lemon_back
     assert asked.understood
-    assert lemon_back.acts == (Act(State.RIGHT, State.LEFT, Manner.PUSH),)
-    for endings in asked.endings.values():
-        assert endings[Mode.TRAJECTORY].actions == (Action.PLACE_LEFT,)
-        interactive = endings[Mode.INTERACTIVE]
+    assert lemon_back.perceived == (PerceivedDemonstration(State.RIGHT, State.LEFT, Manner.PUSH),)
+    for results in asked.results.values():
+        assert results[Mode.TRAJECTORY].actions == (Action.PLACE_LEFT,)
+        interactive = results[Mode.INTERACTIVE]
         assert (interactive.asked, interactive.actions) == (True, ())
         assert interactive.helped == State.LEFT
-        assert endings[Mode.GOAL_BASED].actions == (Action.PUSH_LEFT,)
-        assert endings[Mode.SEQUENTIAL].states[0] == endings[Mode.GOAL_BASED].states[0]
-    assert {len(e[Mode.TRAJECTORY].actions) for e in lemon_back.endings.values()} == {1}
+        assert results[Mode.GOAL_BASED].actions == (Action.PUSH_LEFT,)
+        assert results[Mode.SEQUENTIAL].states[0] == results[Mode.GOAL_BASED].states[0]
+    assert {len(e[Mode.TRAJECTORY].actions) for e in lemon_back.results.values()} == {1}
 
 
-def test_every_task_has_its_own_chance() -> None:
+def test_every_task_has_its_own_seeds() -> None:
     wanted = tasks(('pear', 'lemon', 'chicken'), 2)
-    seeds = {task.chance(purpose) for task in wanted for purpose in ('shown', 'put back')}
+    seeds = {task.seed_for(purpose) for task in wanted for purpose in ('shown', 'put back')}
     assert (len(wanted), len(seeds)) == (48, 96)
 
 
@@ -93,7 +111,7 @@ def lemons(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_the_table_stopped_and_gone_on_with_by_other_workers(
+def test_a_stopped_table_continues_with_other_workers(
     lemons: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv('LIKEME_ROOT', str(tmp_path))
@@ -101,11 +119,11 @@ def test_the_table_stopped_and_gone_on_with_by_other_workers(
     words = ['table1-executed', '--model', str(lemons), '--seeds', '1', '--json']
     first = run(*words, '--workers', '2', '--out', str(tmp_path / 'drawn'))
     assert first.exit_code == 0, first.output
-    (journal,) = (tmp_path / 'out' / 'table1-executed').iterdir()
-    lines = journal.read_text().splitlines(keepends=True)
+    (log,) = (tmp_path / 'out' / 'table1-executed').iterdir()
+    lines = log.read_text().splitlines(keepends=True)
     assert len(lines) == 4
     # As a power-off leaves it: two lines whole, one torn.
-    journal.write_text(''.join(lines[:2]) + lines[2][:40])
+    log.write_text(''.join(lines[:2]) + lines[2][:40])
     assert run(*words, '--workers', '1').stdout == first.stdout
     _check_document(json.loads(first.stdout))
     picture = cv2.imread(str(tmp_path / 'drawn' / 'table1-executed.png'))
@@ -138,14 +156,32 @@ def _check_document(document: dict[str, Any]) -> None:
         assert bar['met'] == compare(bar['measured'], bar['bar'])
 
 
-def test_a_journal_is_of_one_model(tmp_path: Path, lemon_back: Episode) -> None:
-    Journal(tmp_path, TEXT).add(lemon_back)
-    assert list(Journal(tmp_path, TEXT).episodes.values()) == [lemon_back]
-    assert not Journal(tmp_path, format_model(only('pear'))).episodes
+def test_a_log_is_of_one_model(tmp_path: Path, lemon_back: ImitationEpisode) -> None:
+    EpisodeLog(tmp_path, TEXT).add(lemon_back)
+    assert list(EpisodeLog(tmp_path, TEXT).episodes.values()) == [lemon_back]
+    assert not EpisodeLog(tmp_path, format_model(only('pear'))).episodes
     assert fingerprint(TEXT) == fingerprint(TEXT)
 
 
-def test_a_robot_teaches_itself_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize('data', ['likeme_perception/data/catalogue.yaml', 'likeme_core/table.py'])
+def test_a_log_is_of_one_version_of_code_and_data(
+    data: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before, package = fingerprint(TEXT), data.partition('/')[0]
+    source = Path(str(files(package)))
+    shutil.copytree(source, tmp_path / package)
+    monkeypatch.setattr(
+        episode_log, 'files', lambda name: tmp_path / name if name == package else files(name)
+    )
+    assert fingerprint(TEXT) == before
+    with (tmp_path / data).open('a') as file:
+        file.write('\n# changed\n')
+    assert fingerprint(TEXT) != before
+
+
+def test_a_self_taught_model_is_learned_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     place = str(tmp_path / 'experience.sqlite')
 
     def taught() -> RobotModel:
@@ -154,13 +190,15 @@ def test_a_robot_teaches_itself_once(tmp_path: Path, monkeypatch: pytest.MonkeyP
     model = taught()
     assert model.label == 'self_taught 18'
     assert list(model.sources) == [f'{simulated_robot()}/offline-5']
-    monkeypatch.setattr(learning, 'learn_locally', lambda *_: pytest.fail('It knows all that.'))
+    monkeypatch.setattr(
+        learning, 'learn_locally', lambda *_: pytest.fail('All trials are recorded.')
+    )
     assert format_model(taught()) == format_model(model)
-    stored = model_of(Options(model=place))
+    stored = model_of(ReproductionOptions(model=place))
     assert stored.rows == model.rows
 
 
-def test_fig_7_beside_the_real_robot_s(tmp_path: Path) -> None:
+def test_fig_7_of_another_robot(tmp_path: Path) -> None:
     path = tmp_path / 'model.csv'
     path.write_text(TEXT.replace('chung2015_robot', 'another'))
     answer = run('fig7', '--model', str(path), '--json', '--out', str(tmp_path))
@@ -172,7 +210,7 @@ def test_fig_7_beside_the_real_robot_s(tmp_path: Path) -> None:
     assert f'in brackets {shipped().label}' in run('fig7', '--model', str(path)).stdout
 
 
-def test_exploration_says_which_worlds(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_exploration_names_its_worlds(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(learning, 'self_taught', lambda *_: shipped())
     answer = run('exploration', '--model', 'learned', '--seeds', '1', '--out', str(tmp_path))
     assert answer.exit_code == 0, answer.output
@@ -196,7 +234,7 @@ def test_refusals(words: list[str], code: int, said: str) -> None:
     assert answer.stdout == ''
 
 
-def test_a_model_of_things_the_cell_has_not(tmp_path: Path) -> None:
+def test_a_model_without_objects_of_the_cell(tmp_path: Path) -> None:
     path = tmp_path / 'model.csv'
     path.write_text(format_model(only('pear')).replace('pear', 'turnip'))
     answer = run('table1-executed', '--model', str(path))

@@ -1,4 +1,4 @@
-"""The robot learns in the running cell while its parts are killed: no trial lost or doubled."""
+"""Live learning while nodes are killed: no trial is lost or doubled."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from likeme_inference.experience.store import ExperienceStore
 
 pytestmark = pytest.mark.graph
 START_CELL = (sys.executable, '-m', 'likeme_bringup.start_cell')
-LEARN = (sys.executable, '-m', 'likeme_experiments.learn')
+LEARN = (sys.executable, '-m', 'likeme_experiments.commands.learn')
 WORDS = ('--object', 'chicken', '--policy', 'random', '--trials', '5', '--robot', 'test')
 CAMPAIGN = campaign_of('live', 'test', 1, ('chicken',), PolicyName.RANDOM, 10, 5)
 #: s at most for one trial, with a restart of the cell in it.
@@ -70,12 +70,12 @@ def test_kills_of_arm_perception_and_learner(tmp_path: Path) -> None:
         assert 'Traceback' not in learner.said
 
 
-def test_without_a_cell_it_says_so(tmp_path: Path) -> None:
+def test_a_missing_cell_is_reported(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
-        said = subprocess.run(
+        result = subprocess.run(
             [*LEARN, *WORDS, '--store', str(tmp_path / 'x.sqlite')],
             env=graph.env, capture_output=True, text=True, timeout=60, check=False,
         )  # fmt: skip
-    assert said.returncode == 3
-    assert f'No cell is running on ROS domain {graph.domain}: start one with' in said.stderr
-    assert 'Traceback' not in said.stderr
+    assert result.returncode == 3
+    assert f'No cell is running on ROS domain {graph.domain}: start one with' in result.stderr
+    assert 'Traceback' not in result.stderr

@@ -1,4 +1,4 @@
-"""Self-experience without ROS: the same trials however, wherever and in whatever order made."""
+"""Offline learning: trials do not depend on workers, order or crashes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from likeme_core.tabletop import State
-from likeme_experiments.learn import app
-from likeme_experiments.learning.observed_cell import distance_to_state
-from likeme_experiments.learning.offline import NoClusterError, dask_crew, learn, learn_locally
-from likeme_experiments.learning.trial_cell import TrialFailedError, make_trial, simulated_robot
+from likeme_experiments.commands.learn import app
+from likeme_experiments.learning.cell_perception import distance_to_state
+from likeme_experiments.learning.offline import NoClusterError, dask_pool, learn, learn_locally
+from likeme_experiments.learning.robot_identity import simulated_robot
+from likeme_experiments.learning.trial_cell import TrialFailedError, make_trial
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.exploration_policy import Random
 from likeme_inference.experience.store import ExperienceStore
@@ -44,7 +45,7 @@ def alone() -> dict[str, Trial]:
 
 
 def facts(store: ExperienceStore) -> dict[str, Trial]:
-    """What is recorded; when is no part of it."""
+    """The recorded trials without their times."""
     return {t.key.identity: replace(t, time=0) for t in store.trials()}
 
 
@@ -53,7 +54,7 @@ def without_time(trials: dict[str, Trial]) -> dict[str, Trial]:
 
 
 @pytest.mark.slow
-def test_two_workers_one_of_whom_dies_make_the_same_trials(
+def test_two_workers_make_the_same_trials_although_one_is_killed(
     store: ExperienceStore, alone: dict[str, Trial]
 ) -> None:
     killed = 0
@@ -73,22 +74,22 @@ def test_two_workers_one_of_whom_dies_make_the_same_trials(
 
 
 @pytest.mark.slow
-def test_a_dask_cluster_goes_on_with_a_stopped_campaign(
+def test_a_dask_cluster_continues_a_stopped_campaign(
     store: ExperienceStore, alone: dict[str, Trial]
 ) -> None:
     from distributed import LocalCluster
 
     store.record(list(alone.values())[::2])
-    said: list[Trial] = []
+    made: list[Trial] = []
     with LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
-    ) as cluster, dask_crew(cluster.scheduler_address) as crew:  # fmt: skip
-        learn(Progress(CAMPAIGN, store), store, crew, said.append)
-    assert len(said) == 3
+    ) as cluster, dask_pool(cluster.scheduler_address) as pool:  # fmt: skip
+        learn(Progress(CAMPAIGN, store), store, pool, made.append)
+    assert len(made) == 3
     assert facts(store) == without_time(alone)
 
 
-def test_a_trial_is_what_the_camera_saw(alone: dict[str, Trial]) -> None:
+def test_states_and_places_of_a_trial_agree(alone: dict[str, Trial]) -> None:
     regions = regions_of(PerceptionConfig(), PerceptionConfig().table)  # type: ignore[arg-type]
     for trial in alone.values():
         x_i = trial.key.pair.x_i
@@ -99,16 +100,16 @@ def test_a_trial_is_what_the_camera_saw(alone: dict[str, Trial]) -> None:
         assert trial.motion.name == 'OBJECT_OFFTABLE' or trial.after is not None or trial.x_f == 2
 
 
-def test_a_trial_of_another_body_is_refused() -> None:
-    key = replace(next(CAMPAIGN.plan()), robot='sim-of-yesterday')
-    with pytest.raises(TrialFailedError, match='Expected the software of the body sim-of-yester'):
+def test_a_trial_of_another_robot_is_refused() -> None:
+    key = replace(next(CAMPAIGN.plan()), robot='sim-other')
+    with pytest.raises(TrialFailedError, match='Expected the software of the robot sim-other'):
         make_trial(key, 5)
 
 
-def test_nobody_answers_for_the_cluster() -> None:
+def test_a_missing_dask_scheduler_is_reported() -> None:
     with (
         pytest.raises(NoClusterError, match='Expected a Dask scheduler at tcp://127'),
-        dask_crew('tcp://127.0.0.1:9', patience=1.0),
+        dask_pool('tcp://127.0.0.1:9', timeout=1.0),
     ):
         pass
 
@@ -125,7 +126,7 @@ def test_nobody_answers_for_the_cluster() -> None:
         ((0.44, -0.35), State.LEFT, 0.02),
     ],
 )
-def test_distance_to_where_a_state_begins(
+def test_distance_to_a_state(
     place: tuple[float, float], state: State | None, distance: float
 ) -> None:
     regions = regions_of(PerceptionConfig(), PerceptionConfig().table)  # type: ignore[arg-type]
@@ -167,11 +168,11 @@ def test_export_import_and_summary(tmp_path: Path, alone: dict[str, Trial]) -> N
         ),
         (('--workers', '2'), 2, '--workers and --scheduler are for --offline'),
         (('--offline', '--workers', '0'), 2, "Invalid value for '--workers'"),
-        (('--policy', 'astrology'), 2, "'astrology' is not one of"),
-        (('--offline', '--store', 'telepathy://x'), 1, 'no driver'),
+        (('--policy', 'unknown'), 2, "'unknown' is not one of"),
+        (('--offline', '--store', 'nosuchdb://x'), 1, 'no driver'),
     ],
 )
-def test_wrong_words_are_refused_in_one_sentence(
+def test_invalid_options_end_with_one_sentence(
     words: tuple[str, ...], code: int, why: str
 ) -> None:
     said = learner(*words)

@@ -11,7 +11,7 @@ from likeme_arm_sim.scene import Scene
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner, State
-from likeme_experiments.learning.observed_cell import Eyes, object_view
+from likeme_experiments.learning.cell_perception import CellPerception, object_view
 from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.observation import TableObservation
@@ -25,7 +25,7 @@ class Watched:
     def __init__(self, seed: int) -> None:
         self.cell = Cell(Scene(), seed)
         config = PerceptionConfig(background_frames=10)
-        self._eyes = Eyes(self.cell, config, load_catalogue(), None)
+        self._eyes = CellPerception(self.cell, config, load_catalogue(), None)
         self.table: TableObservation | None = None
         self.acts: list[Demonstration] = []
         self.seen_while: set[str] = set()

@@ -11,7 +11,7 @@ import cv2
 import pytest
 from typer.testing import CliRunner
 
-from likeme_experiments.reproduce import app
+from likeme_experiments.commands.reproduce import app
 from likeme_experiments.reproductions.tabletop import REPRODUCTIONS
 from likeme_inference.tabletop import model_file
 
@@ -29,7 +29,7 @@ def document(*words: str) -> Any:
     return json.loads(answer.stdout)
 
 
-def test_table_1_but_for_the_misprint() -> None:
+def test_table_1_except_the_misprint() -> None:
     rows = document('table1')['rows']
     differ = [
         (row['demonstration'], row['object'], mode, row[mode])
@@ -59,7 +59,7 @@ def test_fig_8() -> None:
     assert sum(first['action_posterior']) == pytest.approx(1)
 
 
-def test_fig_7_leaves_out_what_keeps_the_state() -> None:
+def test_fig_7_omits_self_transitions() -> None:
     rows = document('fig7')['rows']
 
     assert len(rows) == 3 * 2 * 4
@@ -70,7 +70,7 @@ def test_fig_7_leaves_out_what_keeps_the_state() -> None:
             assert low - 1e-9 <= p <= high + 1e-9 or p in (0.0, 1.0)
 
 
-def test_acting_more_than_once() -> None:
+def test_several_actions() -> None:
     rows = document('sequential')['rows']
 
     assert [row['actions'] for row in rows[::3]] == [1, 2, 3, 5, 10]
@@ -84,7 +84,7 @@ def test_acting_more_than_once() -> None:
             assert row['threshold_help_rate'] >= row['help_rate'] - 1e-12
 
 
-def test_practice_comes_closer_with_smaller_steps() -> None:
+def test_practice_converges_closer_with_smaller_steps() -> None:
     found = document('practice', '--seeds', '4')
 
     last = [distance[-1] for distance in found['distance']]

@@ -22,6 +22,7 @@ ENUMS = (
     ('likeme_core.tabletop', 'Action', 'srv/ExecuteAction.srv'),
     ('likeme_core.tabletop', 'Manner', 'msg/Demonstration.msg'),
     ('likeme_core.outcomes', 'MotionOutcome', 'srv/ExecuteAction.srv'),
+    ('likeme_core.outcomes', 'ResetOutcome', 'srv/ResetCell.srv'),
     ('likeme_core.outcomes', 'Actor', 'msg/Outcome.msg'),
 )
 
@@ -51,6 +52,7 @@ def test_an_enum_is_complete(module: str, name: str, interface: str) -> None:
         'Manner': 'PLACE|PUSH',
         # Every constant of ExecuteAction that is no action.
         'MotionOutcome': f'(?!(PLACE|PUSH)_({states})$).*',
+        'ResetOutcome': '.*',
         'Actor': 'ROBOT|HUMAN|NOBODY',
     }[name]
     found = {word for word in constants(interface) if re.fullmatch(words, word)}
@@ -111,7 +113,7 @@ def test_every_script_has_help(script: Path) -> None:
         ('show.sh', 'likeme_bringup.ros.cell_commands', ('show',)),
         ('cell.sh', 'likeme_bringup.ros.cell_commands', ('cell', 'reset')),
         ('demo.sh', 'likeme_bringup.demo', ()),
-        ('gaze.sh', 'likeme_experiments.gaze_mentor', ()),
+        ('gaze.sh', 'likeme_experiments.commands.gaze', ()),
         ('record.sh', 'likeme_replay.record', ()),
         ('replay.sh', 'likeme_replay.replay', ()),
         ('ask_human.sh', 'likeme_inference.ask_human_node', ('answer',)),

@@ -19,7 +19,7 @@ from likeme_arm_sim.scene import Scene
 from likeme_bags.values import Record
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner
-from likeme_experiments.learning.observed_cell import object_view
+from likeme_experiments.learning.cell_perception import object_view
 from likeme_inference.session_inputs import InputKind, SessionInput
 from likeme_inference.tabletop.values import Reply
 from likeme_replay.decision_log import LogEntry

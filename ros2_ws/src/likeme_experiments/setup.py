@@ -28,10 +28,10 @@ setup(
     extras_require={'cluster': ['distributed'], 'test': ['pytest']},
     entry_points={
         'console_scripts': [
-            'fit_physics = likeme_experiments.fit_physics:run',
-            'gaze = likeme_experiments.gaze_mentor:run',
-            'learn = likeme_experiments.learn:run',
-            'reproduce = likeme_experiments.reproduce:run',
+            'fit_physics = likeme_experiments.commands.fit_physics:run',
+            'gaze = likeme_experiments.commands.gaze:run',
+            'learn = likeme_experiments.commands.learn:run',
+            'reproduce = likeme_experiments.commands.reproduce:run',
         ],
     },
 )

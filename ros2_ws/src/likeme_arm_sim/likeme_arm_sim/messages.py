@@ -16,7 +16,7 @@ from likeme_arm.motion import ObjectView
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.scene import CameraMount
 from likeme_arm_sim.simulation_driver import MotionReport, SimulationDriver
-from likeme_core.outcomes import MotionOutcome
+from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.tabletop import State
@@ -107,3 +107,10 @@ def diagnostics_message(
     values = {**counts, 'errors': driver.errors, 'table_state_age_s': f'{age:.2f}'}
     stamp = time_msg(driver.now)
     return diagnostics_msg('arm_driver', level, message, values, stamp, 'simulated cell')
+
+
+def reset_outcome(error: BaseException | None) -> ResetOutcome:
+    """The outcome code of a reset that ended with this error; a ValueError is a refusal."""
+    if error is None:
+        return ResetOutcome.COMPLETED
+    return ResetOutcome.INVALID_REQUEST if isinstance(error, ValueError) else ResetOutcome.FAILED

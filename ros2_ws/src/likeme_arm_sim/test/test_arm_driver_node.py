@@ -23,7 +23,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 
-from likeme_core.outcomes import MotionOutcome
+from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
@@ -138,6 +138,7 @@ def fresh(client: Client) -> None:
     while not reset.success and time.monotonic() < deadline:
         reset = client.call(ResetCell, 'cell/reset')
     assert reset.success, reset.message
+    assert reset.outcome == ResetOutcome.COMPLETED
 
 
 def test_frames_of_one_moment_share_a_stamp(client: Client) -> None:
@@ -167,7 +168,8 @@ def test_the_person_acts_and_a_second_request_is_refused_at_once(client: Client)
     client.wait_for(lambda: client.now > began + 1_000_000_000)
     second = client.act('human', 'pear', 0)
     assert second.outcome == MotionOutcome.BUSY
-    assert not client.call(ResetCell, 'cell/reset').success
+    reset = client.call(ResetCell, 'cell/reset')
+    assert (reset.success, reset.outcome) == (False, ResetOutcome.BUSY)
     done = finished(first)
     assert done.success
     seconds = (stamp_ns(done.finished) - stamp_ns(done.started)) * 1e-9
@@ -240,6 +242,7 @@ def test_an_expired_request_is_not_started(client: Client) -> None:
 def test_reset_refuses_with_a_sentence(client: Client) -> None:
     answer = client.call(ResetCell, 'cell/reset', objects=['pear'], states=[9])
     assert not answer.success
+    assert answer.outcome == ResetOutcome.INVALID_REQUEST
     assert answer.message == 'Expected a state from 0 to 2, got 9.'
 
 

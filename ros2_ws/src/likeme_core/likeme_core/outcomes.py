@@ -1,4 +1,4 @@
-"""Actor and outcome of a motion, with the numbers of likeme_msgs."""
+"""Who acted and how a motion or a reset ended, with the numbers of likeme_msgs."""
 
 from __future__ import annotations
 
@@ -32,3 +32,12 @@ class MotionOutcome(IntEnum):
     def moved(self) -> bool:
         """Whether the arm may have moved; the object's state must then be observed."""
         return self <= MotionOutcome.HELD or self is MotionOutcome.FAILED
+
+
+class ResetOutcome(IntEnum):
+    """How a reset of the cell ended; the numbers of likeme_msgs/ResetCell."""
+
+    COMPLETED = 0
+    INVALID_REQUEST = 1
+    BUSY = 2
+    FAILED = 3

@@ -1,4 +1,4 @@
-"""Files of one JSON document a line, that grow by whole lines however roughly a writer ends."""
+"""Append-only files of one JSON document a line; a line torn by a crash is skipped."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 
 
 def append(path: Path, document: Mapping[str, Any]) -> None:
-    """Add one more; it outlasts a power-off when this returns.
+    """Append one document and sync the file to disk.
 
     Raises:
         OSError: it cannot be written.
     """
-    # What a kill tore has no end of line: the torn line must not swallow this one.
+    # A torn line has no end: begin a new one, or this document would be lost with it.
     start = '\n' if _is_torn(path) else ''
     with path.open('a', encoding='utf-8') as file:
         file.write(start + json.dumps(document) + '\n')
@@ -24,7 +24,7 @@ def append(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def documents(path: Path) -> Iterator[dict[str, Any]]:
-    """Those that are whole, in their order; none without the file."""
+    """The complete documents, in order; none if the file does not exist."""
     if not path.exists():
         return
     for line in path.read_text(encoding='utf-8', errors='replace').splitlines():

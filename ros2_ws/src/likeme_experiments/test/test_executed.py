@@ -9,18 +9,22 @@ import pytest
 from scipy import stats
 
 from likeme_core.tabletop import Action, Manner, Mode, State
-from likeme_experiments.evaluation.episode import Act, Ending, Episode
+from likeme_experiments.evaluation.episode import (
+    ImitationEpisode,
+    ImitationResult,
+    PerceivedDemonstration,
+)
 from likeme_experiments.evaluation.executed import (
-    checked,
+    calibration_error_of,
     difference,
-    error_of,
+    interval_checks,
     later_actions,
     reliability,
     score,
 )
-from likeme_experiments.evaluation.forecast import BUDGET, Case, Way, forecasts
+from likeme_experiments.evaluation.forecast import BUDGET, Approach, DemonstrationCase, forecasts
 from likeme_experiments.evaluation.intervals import (
-    Interval,
+    ProportionInterval,
     calibration_error,
     exact_interval,
     predictive_interval,
@@ -32,11 +36,11 @@ from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import plan, spread
 
 LEFT, RIGHT, OFF = State
-CASE = Case('pear', LEFT, RIGHT, Manner.PLACE)
+CASE = DemonstrationCase('pear', LEFT, RIGHT, Manner.PLACE)
 
 
 @pytest.mark.parametrize(('successes', 'tries'), [(0, 5), (3, 20), (13, 20), (20, 20), (77, 80)])
-def test_the_exact_interval_leaves_the_tails_that_it_says(successes: int, tries: int) -> None:
+def test_the_exact_interval_has_the_nominal_tails(successes: int, tries: int) -> None:
     low, high = exact_interval(successes, tries)
     if successes:
         assert stats.binom.sf(successes - 1, tries, low) == pytest.approx(0.025)
@@ -47,7 +51,7 @@ def test_the_exact_interval_leaves_the_tails_that_it_says(successes: int, tries:
 
 
 @pytest.mark.parametrize('bad', [(-1, 3), (4, 3), (0, 0)])
-def test_what_cannot_be_counted_is_refused(bad: tuple[int, int]) -> None:
+def test_impossible_counts_are_rejected(bad: tuple[int, int]) -> None:
     with pytest.raises(ValueError, match='Expected'):
         exact_interval(*bad)
     with pytest.raises(ValueError, match='Expected 1 try'):
@@ -57,7 +61,7 @@ def test_what_cannot_be_counted_is_refused(bad: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize(('a', 'b'), [(4.09, 6.18), (9.09, 1.18), (0.09, 10.18)])
-def test_the_predictive_interval_of_a_row_is_the_beta_binomial_s(a: float, b: float) -> None:
+def test_the_predictive_interval_of_a_row_is_beta_binomial(a: float, b: float) -> None:
     worlds = np.random.default_rng(0).beta(a, b, 200_000)
     law = stats.betabinom(20, a, b)
     expected = law.ppf(0.025) / 20, law.ppf(0.975) / 20
@@ -66,23 +70,23 @@ def test_the_predictive_interval_of_a_row_is_the_beta_binomial_s(a: float, b: fl
     assert law.cdf(20 * high) - law.cdf(20 * low - 1) >= 0.949
 
 
-def test_who_is_certain_expects_one_share_only() -> None:
-    assert predictive_interval(np.ones(10), 20) == Interval(1.0, 1.0)
-    assert predictive_interval(np.zeros(10), 20) == Interval(0.0, 0.0)
-    assert not Interval(1.0, 1.0).holds(0.95)
+def test_a_certain_prediction_has_an_interval_of_one_value() -> None:
+    assert predictive_interval(np.ones(10), 20) == ProportionInterval(1.0, 1.0)
+    assert predictive_interval(np.zeros(10), 20) == ProportionInterval(0.0, 0.0)
+    assert not ProportionInterval(1.0, 1.0).holds(0.95)
 
 
-def test_the_calibration_error_by_hand() -> None:
+def test_the_calibration_error_of_an_example() -> None:
     # One bin is right on average, the other off by 0.2; the second holds a quarter of the tries.
     assert calibration_error(
         [0.5, 0.55, 0.9], [0.35, 0.70, 0.7], [15, 15, 10]
     ) == pytest.approx(0.25 * 0.2)  # fmt: skip
 
 
-def test_forecasts_are_table_1_and_the_exact_values_of_plans() -> None:
+def test_forecasts_equal_table_1_and_the_exact_values_of_plans() -> None:
     model = shipped()
     cases = [
-        Case(name, x_i, x_f, manner)
+        DemonstrationCase(name, x_i, x_f, manner)
         for manner, name in product(Manner, model.objects)
         for x_i, x_f in product((LEFT, RIGHT), State)
         if x_i != x_f
@@ -93,18 +97,18 @@ def test_forecasts_are_table_1_and_the_exact_values_of_plans() -> None:
     for (m, manner), (o, name) in product(enumerate(Manner), enumerate(model.objects)):
         mine = [c for c in cases if (c.manner, c.object) == (manner, name)]
 
-        def mean(way: Way, cases: list[Case] = mine) -> float:
-            return float(np.mean([expected[c, way].success for c in cases]))
+        def mean(approach: Approach, cases: list[DemonstrationCase] = mine) -> float:
+            return float(np.mean([expected[c, approach].success for c in cases]))
 
         for k, mode in enumerate(MODES):
-            assert mean(Way(mode.value)) == pytest.approx(success[m, o, k])
-        assert mean(Way.SEQUENTIAL) == pytest.approx(plans[o].success)
-        assert mean(Way.SEQUENTIAL_WITH_HELP) == 1.0
-        helps = [expected[c, Way.SEQUENTIAL_WITH_HELP].help_rate for c in mine]
+            assert mean(Approach(mode.value)) == pytest.approx(success[m, o, k])
+        assert mean(Approach.SEQUENTIAL) == pytest.approx(plans[o].success)
+        assert mean(Approach.SEQUENTIAL_WITH_HELP) == 1.0
+        helps = [expected[c, Approach.SEQUENTIAL_WITH_HELP].help_rate for c in mine]
         assert np.mean(helps) == pytest.approx(plans[o].help_rate)
 
 
-def test_following_a_plan_is_what_enumeration_says() -> None:
+def test_a_plan_has_the_success_of_its_enumeration() -> None:
     rng = np.random.default_rng(3)
     worlds = rng.dirichlet(np.ones(3), size=(4, 3, 6))
     best = plan(worlds[0], TABLETOP.goal_matrix[RIGHT] > 0, 2, TABLETOP.stuck)
@@ -120,24 +124,26 @@ def test_following_a_plan_is_what_enumeration_says() -> None:
 
 def episode(
     seed: int, trajectory: State, three: tuple[State, ...], helped: State | None
-) -> Episode:
+) -> ImitationEpisode:
     place, push = Action.PLACE_RIGHT, Action.PUSH_RIGHT
-    several = Ending((push,) * len(three), three, three[-1] != RIGHT, helped)
+    several = ImitationResult((push,) * len(three), three, three[-1] != RIGHT, helped)
     endings = {
-        Mode.TRAJECTORY: Ending((place,), (trajectory,), False),
-        Mode.GOAL_BASED: Ending((push,), three[:1], False),
-        Mode.INTERACTIVE: Ending((push,), three[:1], False),
+        Mode.TRAJECTORY: ImitationResult((place,), (trajectory,), False),
+        Mode.GOAL_BASED: ImitationResult((push,), three[:1], False),
+        Mode.INTERACTIVE: ImitationResult((push,), three[:1], False),
         Mode.SEQUENTIAL: several,
     }
-    return Episode(CASE, seed, (Act(LEFT, RIGHT, Manner.PLACE),), {'ml': endings})
+    return ImitationEpisode(
+        CASE, seed, (PerceivedDemonstration(LEFT, RIGHT, Manner.PLACE),), {'ml': endings}
+    )
 
 
-STORY = [
+EPISODES = [
     episode(0, LEFT, (RIGHT,), None),
     episode(1, RIGHT, (LEFT, RIGHT), None),
     episode(2, LEFT, (LEFT, LEFT, LEFT), RIGHT),
     # Nobody saw what was shown.
-    Episode(CASE, 3, (), {'ml': {}}),
+    ImitationEpisode(CASE, 3, (), {'ml': {}}),
 ]
 
 
@@ -145,32 +151,36 @@ def predicted(name: str, x_i: int, action: int, x_f: int) -> float:
     return float(shipped().objects[name].transition[x_i, action, x_f])
 
 
-def test_episodes_are_counted_as_they_went() -> None:
+def test_scores_of_episodes() -> None:
     expected = forecasts(shipped(), [CASE], np.random.default_rng(0))
-    reached = {way: score(STORY, 'ml', way, expected).successes for way in Way}
+    reached = {
+        approach: score(EPISODES, 'ml', approach, expected).successes for approach in Approach
+    }
     assert list(reached.values()) == [1, 1, 1, 2, 3]
-    helped = score(STORY, 'ml', Way.SEQUENTIAL_WITH_HELP, expected)
+    helped = score(EPISODES, 'ml', Approach.SEQUENTIAL_WITH_HELP, expected)
     assert (helped.helped, helped.tries) == (0.25, 4)
-    assert [e.understood for e in STORY] == [True, True, True, False]
-    gain = difference(STORY, 'ml', Way.SEQUENTIAL, Way.TRAJECTORY)
+    assert [e.understood for e in EPISODES] == [True, True, True, False]
+    gain = difference(EPISODES, 'ml', Approach.SEQUENTIAL, Approach.TRAJECTORY)
     assert gain.mean == 0.25
     assert gain.error == pytest.approx(np.std([1, 0, 0, 0]) / 2)
 
 
-def test_an_action_that_several_modes_took_is_one_try() -> None:
-    place, push = reliability(STORY, 'ml', predicted)
+def test_an_action_that_several_modes_chose_is_one_try() -> None:
+    place, push = reliability(EPISODES, 'ml', predicted)
     assert (place.action, place.successes, place.tries) == (Action.PLACE_RIGHT, 1, 3)
     assert (push.action, push.successes, push.tries) == (Action.PUSH_RIGHT, 1, 3)
     assert (place.predicted, push.predicted) == (0.1, 1.0)
-    assert error_of([place, push]) == pytest.approx((1 / 3 - 0.1) / 2 + (1 - 1 / 3) / 2)
-    hoped, achieved, count = later_actions(STORY, 'ml', predicted)
+    assert calibration_error_of([place, push]) == pytest.approx(
+        (1 / 3 - 0.1) / 2 + (1 - 1 / 3) / 2
+    )
+    hoped, achieved, count = later_actions(EPISODES, 'ml', predicted)
     assert (hoped, achieved, count) == (1.0, pytest.approx(1 / 3), 3)
 
 
-def test_cells_are_held_against_the_model_s_own_doubt() -> None:
+def test_cells_are_checked_against_the_predictive_interval() -> None:
     expected = forecasts(shipped(), [CASE], np.random.default_rng(0))
-    cells = {cell.way: cell for cell in checked(STORY, 'ml', expected)}
+    cells = {cell.approach: cell for cell in interval_checks(EPISODES, 'ml', expected)}
     # One success of ten placed, one of four here; ten of ten pushed, and one of four here.
-    assert cells[Way.TRAJECTORY].inside
-    assert not cells[Way.GOAL_BASED].inside
+    assert cells[Approach.TRAJECTORY].inside
+    assert not cells[Approach.GOAL_BASED].inside
     assert not any(cell.asks for cell in cells.values())

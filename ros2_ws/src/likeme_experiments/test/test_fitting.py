@@ -1,4 +1,4 @@
-"""The search for the cell's parameters: its test, its split, its misfit, its trials, its way."""
+"""The fit of the cell's parameters: test, split, deviance, trials and search."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import pytest
 from likeme_arm_sim.fitted_parameters import FITTED, fitted_values
 from likeme_arm_sim.scene import OBJECTS
 from likeme_core.tabletop import Manner
-from likeme_experiments.physics_fit.evaluate import Judged, judge_row, table_text
-from likeme_experiments.physics_fit.misfit import WORST, misfit
+from likeme_experiments.physics_fit.deviance import MAX_DEVIANCE, deviance
+from likeme_experiments.physics_fit.evaluate import RowEvaluation, evaluate_row, table_text
+from likeme_experiments.physics_fit.level_trials import read, try_levels
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
 from likeme_experiments.physics_fit.search import MARGIN, STEPS, best_level, levels, touches
-from likeme_experiments.physics_fit.trial_rows import rows, split
-from likeme_experiments.physics_fit.trials import read, try_levels
+from likeme_experiments.physics_fit.table_rows import split, table_rows
 
 # One of each object and manner; what the real robot did in each is in the shipped model file.
 SHIPPED_ROWS = (
@@ -59,7 +59,7 @@ def test_impossible_results_fail_and_certain_ones_pass() -> None:
     assert multinomial_p_value((10, 0, 0), smoothed((25, 25, 0))) < 0.05
 
 
-def test_what_is_no_distribution_is_refused() -> None:
+def test_invalid_distributions_are_rejected() -> None:
     with pytest.raises(ValueError, match=r'sum to 1, got 0\.900'):
         multinomial_p_value((1, 2, 3), np.array([0.3, 0.3, 0.3]))
     with pytest.raises(ValueError, match='Expected 3 counts'):
@@ -67,7 +67,7 @@ def test_what_is_no_distribution_is_refused() -> None:
 
 
 def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
-    table = rows()
+    table = table_rows()
     assert len(table) == 36
     assert {sum(row.real) for row in table} == {10}
     seen, held = split(table)
@@ -79,11 +79,11 @@ def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
         assert len(mine) == 3
 
 
-def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> None:
-    assert misfit((5, 5, 0), (6, 6, 0)) == 0.0
-    assert 0.0 < misfit((5, 5, 0), (9, 3, 0)) < misfit((5, 5, 0), (12, 0, 0)) < WORST
-    assert misfit((0, 10, 0), (1, 1, 0)) < misfit((0, 10, 0), (12, 12, 0))
-    assert misfit((0, 10, 0), (50, 0, 0)) == WORST
+def test_deviance_is_small_where_counts_agree_or_trials_are_few() -> None:
+    assert deviance((5, 5, 0), (6, 6, 0)) == 0.0
+    assert 0.0 < deviance((5, 5, 0), (9, 3, 0)) < deviance((5, 5, 0), (12, 0, 0)) < MAX_DEVIANCE
+    assert deviance((0, 10, 0), (1, 1, 0)) < deviance((0, 10, 0), (12, 12, 0))
+    assert deviance((0, 10, 0), (50, 0, 0)) == MAX_DEVIANCE
 
 
 @pytest.mark.parametrize(
@@ -97,24 +97,24 @@ def test_misfit_is_small_where_the_counts_agree_and_few_trials_say_little() -> N
         ('arm_noise', {'chicken PUSH_LEFT', 'pear PLACE_OFFTABLE'}),
     ],
 )
-def test_a_number_touches_what_it_can_change(parameter: str, touched: set[str]) -> None:
-    said = {f'{r.name} {r.action.name}' for r in rows() if touches(parameter, r)}
-    assert touched <= said
+def test_a_parameter_affects_its_rows(parameter: str, touched: set[str]) -> None:
+    affected = {f'{r.name} {r.action.name}' for r in table_rows() if touches(parameter, r)}
+    assert touched <= affected
     if parameter == 'pear_mass':
-        assert all(pair.startswith('pear PLACE') for pair in said)
+        assert all(pair.startswith('pear PLACE') for pair in affected)
     if parameter == 'reach':
-        assert all(pair.endswith('PUSH_OFFTABLE') for pair in said)
+        assert all(pair.endswith('PUSH_OFFTABLE') for pair in affected)
 
 
-def test_every_searched_number_is_a_fitted_one_and_touches_rows_that_are_seen() -> None:
-    seen, _ = split(rows())
+def test_every_searched_parameter_affects_fitted_rows() -> None:
+    seen, _ = split(table_rows())
     for parameter, _ in STEPS:
         assert parameter in FITTED
         assert any(touches(parameter, row) for row in seen)
 
 
 @pytest.mark.parametrize('name', sorted({name for name, _ in STEPS}))
-def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> None:
+def test_levels_ascend_within_the_range_and_include_the_value(name: str) -> None:
     p = FITTED[name]
     for value in (p.low, p.value, p.high):
         tried = levels(name, value)
@@ -123,8 +123,8 @@ def test_levels_rise_within_the_range_and_hold_the_value_so_far(name: str) -> No
         assert p.low <= tried[0] <= tried[-1] <= p.high
 
 
-def test_only_what_is_better_than_chance_is_followed() -> None:
-    row = next(r for r in rows() if str(r) == 'pear LEFT PUSH_RIGHT')
+def test_a_level_must_be_better_by_the_margin() -> None:
+    row = next(r for r in table_rows() if str(r) == 'pear LEFT PUSH_RIGHT')
     assert row.real == (0, 10, 0)
     name = str(row)
     tried: dict[float, dict[str, tuple[int, int, int]]] = {
@@ -142,31 +142,35 @@ def test_only_what_is_better_than_chance_is_followed() -> None:
     assert best_level(0.2, alike, [row])[0] == 0.2
 
 
-def test_trials_are_kept_and_gone_on_with(tmp_path: Path) -> None:
+def test_trials_are_kept_and_continued(tmp_path: Path) -> None:
     path = tmp_path / 'trials.jsonl'
-    seen = [r for r in rows() if str(r) == 'chicken LEFT PUSH_LEFT']
-    wanted, start, told = [0.0, 0.04], fitted_values(), list[int]()
-    made = try_levels(path, 0, 'push_gap', wanted, start, seen, range(5, 6), 1, told.append)
+    seen = [r for r in table_rows() if str(r) == 'chicken LEFT PUSH_LEFT']
+    wanted, progress = [0.0, 0.04], list[int]()
+    made = try_levels(
+        path, 0, 'push_gap', wanted, fitted_values(), seen, range(5, 6), 1, progress.append
+    )
     assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
     lines = read(path)
     torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
     path.write_text(torn)
-    again = try_levels(path, 0, 'push_gap', wanted, start, seen, range(5, 6), 1, told.append)
+    again = try_levels(
+        path, 0, 'push_gap', wanted, fitted_values(), seen, range(5, 6), 1, progress.append
+    )
     assert again == made
     assert sorted(read(path)) == sorted(lines)
-    assert told == [0, 1, 2, 1, 2]
+    assert progress == [0, 1, 2, 1, 2]
 
 
-def test_the_table_says_what_passes() -> None:
-    table = rows()
+def test_the_table_reports_passing_rows() -> None:
+    table = table_rows()
     seen, _ = split(table)
-    entries = [Judged(row, (5, 5, 0), 0.5 if row in seen else 0.01) for row in table]
+    entries = [RowEvaluation(row, (5, 5, 0), 0.5 if row in seen else 0.01) for row in table]
     text = table_text(entries, seen)
     assert 'all 18 of 36; fitted 18 of 18; held out 0 of 6; held out, idle 0 of 12' in text
 
 
 @pytest.mark.parametrize('name', SHIPPED_ROWS)
 def test_the_shipped_parameters_give_recorded_rows(name: str) -> None:
-    row = next(row for row in rows() if str(row) == name)
-    entry = judge_row(fitted_values(), row, 16)
+    row = next(row for row in table_rows() if str(row) == name)
+    entry = evaluate_row(fitted_values(), row, 16)
     assert entry.passes, entry

@@ -1,4 +1,4 @@
-"""Who follows a blindfolded gaze: the pattern of Fig 6, and the infants the paper tells of."""
+"""Gaze following of a blindfolded mentor: the pattern of Fig 6, and older infants."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from likeme_experiments.evaluation.blindfold_detection import (
+    blindfold_probabilities,
+    detection_correct,
+)
 from likeme_experiments.evaluation.blindfold_groups import (
     GROUPS,
     differs_from_zero,
@@ -13,7 +17,6 @@ from likeme_experiments.evaluation.blindfold_groups import (
     group_score,
     group_turns,
 )
-from likeme_experiments.evaluation.blindfold_told import agent_tells, told_right
 from likeme_gaze import blindfold_probability, known
 from likeme_gaze.beliefs import Gaussian, independent
 from likeme_gaze.blindfold import FIGURE_GROUPS, InfantGroup, WornBlindfold, infant, scores
@@ -24,7 +27,7 @@ from likeme_gaze.simulation import DEGREE
 
 
 @pytest.mark.parametrize('group', GROUPS, ids=lambda group: group.name)
-def test_follows_or_does_not_as_infants_do(group: InfantGroup) -> None:
+def test_groups_follow_as_the_infants_do(group: InfantGroup) -> None:
     score = group_score(group_turns(7, group, 12))
     if group.follows:
         assert score.mean > 3
@@ -45,13 +48,13 @@ def test_scores() -> None:
     assert scores(turned, 44.5 * DEGREE) == pytest.approx([0, -3])
 
 
-def test_an_agent_is_the_same_whichever_others_there_are() -> None:
+def test_an_agent_does_not_depend_on_the_others() -> None:
     together = group_turns(9, FIGURE_GROUPS[2], 3)
     alone = group_turns(9, FIGURE_GROUPS[2], 1, first=2)
     assert (together[2] == alone[0]).all()
 
 
-def test_only_those_who_wore_it_know_the_blindfold() -> None:
+def test_only_agents_with_experience_account_for_the_blindfold() -> None:
     knows = {
         kind: infant(np.random.default_rng(1), kind).blindfold is not None
         for kind in WornBlindfold
@@ -64,11 +67,11 @@ def test_only_those_who_wore_it_know_the_blindfold() -> None:
     }
 
 
-def test_movements_tell_who_is_blindfolded() -> None:
+def test_a_blindfold_is_detected_from_movements() -> None:
     """Five looks at one goal end close together, blindfolded turns do not; one tells nothing."""
-    right = told_right(np.array([agent_tells(3, agent) for agent in range(4)])).mean(
-        axis=(0, 2, 3)
-    )
+    right = detection_correct(
+        np.array([blindfold_probabilities(3, agent) for agent in range(4)])
+    ).mean(axis=(0, 2, 3))
     assert right[0] < 0.75
     assert right[-1] > 0.95
 
@@ -102,7 +105,7 @@ def joint_log_density(model: HeadModel, prior: Gaussian, final: FloatArray) -> f
     )
 
 
-def test_who_never_wore_one_cannot_tell() -> None:
+def test_detection_needs_blindfold_experience() -> None:
     agent = infant(np.random.default_rng(1), WornBlindfold.UNKNOWN)
     prior = independent(Gaussian(np.zeros(2), np.eye(2)), known([0.0]))
     with pytest.raises(ValueError, match='Expected an agent with experience of a blindfold'):

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from likeme_experiments.commands.reproduce import app
 from likeme_experiments.evaluation.gaze_accuracy import GazeErrors
-from likeme_experiments.reproduce import app
 from likeme_experiments.reproductions import gaze, gaze_blindfold
 from likeme_experiments.reproductions.gaze_figure import draw_histograms, region_95
-from likeme_experiments.reproductions.report import Options, save_figure
+from likeme_experiments.reproductions.report import ReproductionOptions, save_figure
 from likeme_gaze import Gaussian
 
 
@@ -44,7 +44,7 @@ def test_fig_4_by_its_command() -> None:
 
 
 def test_fig_4_is_drawn(tmp_path: Path) -> None:
-    report = gaze.figure_4(Options())
+    report = gaze.figure_4(ReproductionOptions())
     assert 'median distance off' in report.text
     paths = save_figure(report, tmp_path, 'fig4')
     assert [path.suffix for path in paths] == ['.png', '.svg']
@@ -70,16 +70,18 @@ def test_fig_5_is_drawn_as_probabilities(errors: list[GazeErrors]) -> None:
 
 def test_fig_6(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gaze_blindfold, 'AGENTS', 4)
-    report = gaze_blindfold.figure_6(Options())
+    report = gaze_blindfold.figure_6(ReproductionOptions())
     scores = {entry['name']: entry['scores']['30'] for entry in report.document['groups']}
     assert {score['agents'] for score in scores.values()} == {4}
     assert scores['baseline']['mean'] > 2 > abs(scores['opaque']['mean'])
     assert report.figure is not None
     assert len(report.figure().axes) == 2
     assert '35 deg' in report.text
-    told = report.document['told_by_movements']
-    assert told['mentors_of_each_kind'] == 16
-    assert told['right_after_each_movement'][-1] > 0.9 > told['right_after_each_movement'][0]
+    detected = report.document['told_by_movements']
+    assert detected['mentors_of_each_kind'] == 16
+    assert (
+        detected['right_after_each_movement'][-1] > 0.9 > detected['right_after_each_movement'][0]
+    )
     assert 'by movements alone' in report.text
 
 
@@ -91,6 +93,6 @@ def test_a_95_region_holds_95_percent() -> None:
     assert inside.mean() == pytest.approx(0.95, abs=0.01)
 
 
-def test_an_option_that_would_change_nothing_is_refused() -> None:
+def test_an_unused_option_is_rejected() -> None:
     result = CliRunner().invoke(app, ['fig4', '--model', 'shipped'])
     assert result.exit_code == 2

@@ -5,7 +5,8 @@ import pytest
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Manner
-from likeme_inference.experience.exploration_policy import InformationGain
+from likeme_experiments.evaluation.exploration import ExplorationStrategy, exploration
+from likeme_inference.experience.policy import InformationGain
 from likeme_inference.experience.trial import no_counts
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
 from likeme_inference.tabletop.active_exploration import help_rate, information_gain
@@ -91,6 +92,12 @@ def test_the_policy_stops_where_it_should_and_repeats_itself():
     assert first.x_i != State.OFFTABLE
     counts[first.object][first.x_i, first.action, 0] += 1
     assert policy.next(counts, np.random.default_rng(3)) is None
+
+
+def test_directed_trials_are_worth_more_than_uniform_ones():
+    directed = exploration(WORLD, ExplorationStrategy.INFORMATION_GAIN, 40, (72,))[-1]
+    uniform = exploration(WORLD, ExplorationStrategy.UNIFORM, 400, (72,))
+    assert directed.mean[0] < min(curve.mean[0] for curve in uniform) - 2 * directed.error[0]
 
 
 def test_a_robot_may_act_on_the_prior_that_its_trials_choose_together():

@@ -6,8 +6,10 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
+from likeme_arm_sim.messages import reset_outcome
 from likeme_arm_sim.ros.job_future import job_ended
 from likeme_arm_sim.simulation_driver import SimulationDriver
+from likeme_core.outcomes import ResetOutcome
 from likeme_msgs.srv import ResetCell
 
 BUSY = 'A motion is in progress: hold it before the cell is reset.'
@@ -47,10 +49,11 @@ class ResetService:
     ) -> ResetCell.Response:
         job = self._driver.reset(list(request.objects), list(request.states), request.seed)
         if job is None:
-            response.message = BUSY
+            response.outcome, response.message = ResetOutcome.BUSY, BUSY
             return response
         await job_ended(self._node, job)
         error = job.exception()
+        response.outcome = reset_outcome(error)
         response.success = error is None
         response.message = 'The table is set up.' if error is None else str(error)
         return response

@@ -22,7 +22,7 @@ GROUPS = (*FIGURE_GROUPS, *OLDER_GROUPS)
 
 
 class GroupScore(NamedTuple):
-    """How one group of agents did at one threshold.
+    """Looking score of one group at one threshold.
 
     Attributes:
         mean: of the looking score, -4 to 4.
@@ -38,7 +38,7 @@ class GroupScore(NamedTuple):
 def group_turns(seed: int, group: InfantGroup, agents: int, first: int = 0) -> FloatArray:
     """Every agent's turns towards the target, rad (agents, trials).
 
-    Agent k of a seed is the same one whichever others are computed with it.
+    Agent k depends on seed, group and k alone.
     """
     found = []
     for agent in range(first, first + agents):
@@ -55,7 +55,7 @@ def group_score(turned: FloatArray, threshold: float = THRESHOLDS[0]) -> GroupSc
 
 
 def follows_more(one: FloatArray, other: FloatArray, threshold: float = THRESHOLDS[0]) -> float:
-    """One-sided p of equal looking scores against `one` group's being higher (Mann-Whitney)."""
+    """One-sided p-value of `one` having higher looking scores than `other` (Mann-Whitney)."""
     test = stats.mannwhitneyu(
         scores(one, threshold), scores(other, threshold), alternative='greater'
     )
@@ -63,7 +63,7 @@ def follows_more(one: FloatArray, other: FloatArray, threshold: float = THRESHOL
 
 
 def differs_from_zero(turned: FloatArray, threshold: float = THRESHOLDS[0]) -> float:
-    """Two-sided p of a looking score that is 0 on average (signed ranks; 1 if all are 0)."""
+    """Two-sided p-value of a median looking score of 0 (Wilcoxon; 1 if all are 0)."""
     each = scores(turned, threshold)
     if not each.any():
         return 1.0

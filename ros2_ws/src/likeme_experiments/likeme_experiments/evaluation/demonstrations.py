@@ -9,8 +9,8 @@ from likeme_inference.tabletop.domain import OUT_OF_REACH
 from likeme_inference.tabletop.robot_model import RobotModel
 
 
-class Demonstrated(NamedTuple):
-    """What a person showed."""
+class StateChange(NamedTuple):
+    """An object and its change of state."""
 
     object: str
     x_i: State
@@ -23,6 +23,6 @@ CHANGES = tuple(
 )
 
 
-def interesting(model: RobotModel) -> list[Demonstrated]:
+def interesting(model: RobotModel) -> list[StateChange]:
     """All of them, object by object."""
-    return [Demonstrated(name, *change) for name in model.objects for change in CHANGES]
+    return [StateChange(name, *change) for name in model.objects for change in CHANGES]

@@ -1,4 +1,4 @@
-"""One demonstration and the robot's imitations of it, as the camera saw them."""
+"""One demonstration and the robot's imitations of it, as perception reported them."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from likeme_core.tabletop import Mode
-from likeme_experiments.evaluation.forecast import Case, Way
+from likeme_experiments.evaluation.forecast import Approach, DemonstrationCase
 
 
-class Act(NamedTuple):
-    """A human act as the camera understood it."""
+class PerceivedDemonstration(NamedTuple):
+    """A demonstration as perception reported it."""
 
     x_i: int
     x_f: int
     manner: int
 
 
-class Ending(NamedTuple):
+class ImitationResult(NamedTuple):
     """How one imitation ended.
 
     Attributes:
         actions: what the robot did, one after another.
         states: where the camera saw the object at rest after each; None: not seen.
         asked: whether the robot asked for help.
-        helped: where the object was after a person did what was asked; None: not done or not seen.
+        helped: where the object was after the human helped; None: no help, or not seen.
     """
 
     actions: tuple[int, ...]
@@ -32,28 +32,27 @@ class Ending(NamedTuple):
     asked: bool
     helped: int | None = None
 
-    def reached(self, x_f: int, way: Way) -> bool:
-        """Whether the object came to rest in x_f; by the person's hand where the way allows it."""
-        by_hand = way.helped and self.asked
+    def reached(self, x_f: int, approach: Approach) -> bool:
+        """Whether the object came to rest in x_f, with human help if the approach allows it."""
         last = self.states[-1] if self.states else None
-        return (self.helped if by_hand else last) == x_f
+        return (self.helped if approach.helped and self.asked else last) == x_f
 
 
-class Episode(NamedTuple):
-    """One demonstration by a person and the robot's imitations of it.
+class ImitationEpisode(NamedTuple):
+    """One human demonstration and the robot's imitations of it.
 
     Attributes:
-        seed: of its chance, from 0.
-        acts: what perception made of the demonstration; rightly one, as it was meant.
-        endings: estimate of p(X_f | X_i, A) -> mode -> ending; no mode where no act was seen.
+        seed: number of the repetition, from 0.
+        perceived: the demonstrations perception reported; correct is the intended one alone.
+        results: estimate of p(X_f | X_i, A) -> mode -> result; empty if nothing was perceived.
     """
 
-    case: Case
+    case: DemonstrationCase
     seed: int
-    acts: tuple[Act, ...]
-    endings: Mapping[str, Mapping[Mode, Ending]]
+    perceived: tuple[PerceivedDemonstration, ...]
+    results: Mapping[str, Mapping[Mode, ImitationResult]]
 
     @property
     def understood(self) -> bool:
-        """Whether the camera saw what was meant, and nothing else."""
-        return self.acts == (Act(*map(int, self.case[1:])),)
+        """Whether perception reported the intended demonstration and nothing else."""
+        return self.perceived == (PerceivedDemonstration(*map(int, self.case[1:])),)

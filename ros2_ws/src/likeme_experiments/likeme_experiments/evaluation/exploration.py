@@ -1,4 +1,4 @@
-"""Help rate against trials: what a way of exploring is worth to the decisions (future work)."""
+"""Help rate against number of trials, by exploration policy (future work of the paper)."""
 
 from __future__ import annotations
 
@@ -18,59 +18,59 @@ from likeme_inference.tabletop.transition_model import maximum_likelihood
 
 #: Trials after which the help rate is taken; 36 pairs matter.
 CHECKPOINTS = (36, 72, 135, 144, 216, 288, 360)
-#: The prior is fitted anew after so many trials.
+#: Trials between two fits of the shared prior.
 REFIT = 6
 
 
-class Way(StrEnum):
-    """How the next pair is chosen."""
+class ExplorationStrategy(StrEnum):
+    """How the next pair of state and action is chosen."""
 
     UNIFORM = 'uniform'
     SYSTEMATIC = 'systematic'
     INFORMATION_GAIN = 'information-gain'
 
 
-class Curve(NamedTuple):
-    """One way and one estimate: the mean help rate at the checkpoints and its standard error."""
+class HelpRateCurve(NamedTuple):
+    """Mean help rate at the checkpoints and its standard error, of one policy and estimate."""
 
-    way: Way
+    policy: ExplorationStrategy
     estimate: str
     mean: FloatArray
     error: FloatArray
 
 
 def world_of(model: RobotModel) -> FloatArray:
-    """A model's relative frequencies as a world, shape [object, x_i, a, x_f]."""
+    """The model's transition probabilities, shape [object, x_i, a, x_f]."""
     return np.array([known.transition for known in model.objects.values()])
 
 
 def exploration(
     world: FloatArray,
-    way: Way,
+    policy: ExplorationStrategy,
     seeds: int,
     checkpoints: Sequence[int] = CHECKPOINTS,
     seed: int = 0,
-) -> list[Curve]:
-    """Learn `seeds` times in the world and act on what was learned; one curve an estimate.
+) -> list[HelpRateCurve]:
+    """Learn in the world and act on the learned model, `seeds` times; one curve for each estimate.
 
     world: shape [object, x_i, a, x_f]; trials are drawn from it.
     """
-    rng = np.random.default_rng([seed, list(Way).index(way)])
+    rng = np.random.default_rng([seed, list(ExplorationStrategy).index(policy)])
     counts = np.zeros((seeds, *world.shape))
     gain = np.zeros(counts.shape[:-1])
     weights, reached = START, []
     every, touched = np.arange(seeds), None
     for trial in range(max(checkpoints)):
-        if way is Way.INFORMATION_GAIN:
-            anew = trial % (2 * REFIT) == 0
+        if policy is ExplorationStrategy.INFORMATION_GAIN:
+            redraw_all = trial % (2 * REFIT) == 0
             if trial % REFIT == 0:
                 weights = fit_weights(counts, weights)
             alpha = counts + shared_prior(counts, weights)
-            if anew or touched is None:
+            if redraw_all or touched is None:
                 gain = information_gain(alpha, rng)
             else:
                 gain[every, touched] = information_gain(alpha[every, touched], rng)
-        o, x_i, a = _chosen(way, trial, gain, rng)
+        o, x_i, a = _chosen(policy, trial, gain, rng)
         touched = o
         counts[every, o, x_i, a, _ended(world[o, x_i, a], rng)] += 1
         if trial + 1 in checkpoints:
@@ -78,7 +78,7 @@ def exploration(
     rates = np.array(reached)  # [checkpoint, estimate, seed]
     error = rates.std(axis=-1) / np.sqrt(seeds)
     return [
-        Curve(way, name, rates[:, e].mean(axis=-1), error[:, e])
+        HelpRateCurve(policy, name, rates[:, e].mean(axis=-1), error[:, e])
         for e, name in enumerate(('maximum likelihood', 'Dirichlet', 'shared prior'))
     ]
 
@@ -92,15 +92,15 @@ def _rates(counts: FloatArray, world: FloatArray) -> list[FloatArray]:
 
 
 def _chosen(
-    way: Way, trial: int, gain: FloatArray, rng: np.random.Generator
+    policy: ExplorationStrategy, trial: int, gain: FloatArray, rng: np.random.Generator
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Object, x_i and action for each seed; x_i is within reach."""
     seeds, objects, _, actions = gain.shape
     open_ = np.flatnonzero(~TABLETOP.stuck)
     pairs = objects * len(open_) * actions
-    if way is Way.UNIFORM:
+    if policy is ExplorationStrategy.UNIFORM:
         flat = rng.integers(pairs, size=seeds)
-    elif way is Way.SYSTEMATIC:
+    elif policy is ExplorationStrategy.SYSTEMATIC:
         flat = np.full(seeds, trial % pairs)
     else:
         within = gain[:, :, open_] * (1 + 1e-9 * rng.random((seeds, objects, len(open_), actions)))

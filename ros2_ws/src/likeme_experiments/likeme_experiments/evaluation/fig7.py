@@ -10,13 +10,13 @@ from likeme_inference.tabletop.domain import OUT_OF_REACH
 from likeme_inference.tabletop.robot_model import RobotModel
 
 
-class Bars(NamedTuple):
+class TransitionBars(NamedTuple):
     """One group of bars: an action from a state.
 
     Attributes:
         probability: p(X_f | x_i, a), shape [x_f].
-        low, high: 95 % credible bounds of each, shape [x_f] (the paper gives none).
-        trials: how many stand behind them.
+        low, high: 95 % credible bounds of each, shape [x_f] (not in the paper).
+        trials: number of trials.
     """
 
     object: str
@@ -28,7 +28,7 @@ class Bars(NamedTuple):
     trials: int
 
 
-def fig7(model: RobotModel) -> list[Bars]:
+def fig7(model: RobotModel) -> list[TransitionBars]:
     """Collect the bars the paper shows: "We do not show actions that cause self-transitions"."""
     shown = []
     for name, learned in model.objects.items():
@@ -36,7 +36,7 @@ def fig7(model: RobotModel) -> list[Bars]:
         for x_i in (state for state in State if state not in OUT_OF_REACH):
             for a in (action for action in Action if action.target != x_i):
                 shown.append(
-                    Bars(
+                    TransitionBars(
                         name,
                         x_i,
                         a,

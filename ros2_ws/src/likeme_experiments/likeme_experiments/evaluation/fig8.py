@@ -11,7 +11,7 @@ from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
 
 
-class Case(NamedTuple):
+class Fig8Column(NamedTuple):
     """One column of one object's row, in all three parts of the figure.
 
     Attributes:
@@ -36,17 +36,17 @@ class Case(NamedTuple):
     asks: bool
 
 
-def fig8(model: RobotModel, threshold: float = 0.5) -> list[Case]:
+def fig8(model: RobotModel, threshold: float = 0.5) -> list[Fig8Column]:
     """Compute all three parts for every interesting demonstration."""
     return [_case(model, threshold, *shown) for shown in interesting(model)]
 
 
-def _case(model: RobotModel, threshold: float, name: str, x_i: State, x_f: State) -> Case:
+def _case(model: RobotModel, threshold: float, name: str, x_i: State, x_f: State) -> Fig8Column:
     known = model.goal_model(name)
     posterior = known.goal_posterior(x_i, x_f)
     goal = State(map_goal(posterior, x_f))
     made = choose(known, x_i, goal, None, Mode.INTERACTIVE, threshold)
-    return Case(
+    return Fig8Column(
         object=name,
         x_i=x_i,
         x_f=x_f,

@@ -1,10 +1,9 @@
-"""What a model expects of an imitation in each way, and how sure its few trials let it be of that.
+"""Predicted success of an imitation by each approach, with its posterior uncertainty.
 
-The robot acts on the point estimate of p(X_f | X_i, A). How sure it may be of the success it
-predicts is another question: that is computed in worlds drawn from the Dirichlet posterior of the
-same trials, in each of which the robot does what it would do anyway. The row an action is chosen
-from is one of several noisy ones, and the best of them looks better than it is (the winner's
-curse); the posterior of that row alone does not know that.
+The robot acts on the point estimate of p(X_f | X_i, A). The uncertainty of the success it predicts
+is computed in worlds drawn from the Dirichlet posterior of the same trials; in each of them the
+robot takes the same actions. An action is chosen as the best of several noisy rows, so that its
+prediction is too high on average (winner's curse); the row's own posterior does not show that.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from likeme_inference.tabletop.planning import spread
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.transition_model import TransitionModel
 
-#: Below which the interactive mode asks.
+#: Predicted success below which the interactive mode asks.
 THRESHOLD = 0.5
 #: Actions of the sequential mode.
 BUDGET = 3
@@ -32,8 +31,8 @@ BUDGET = 3
 WORLDS = 4000
 
 
-class Way(StrEnum):
-    """How a demonstration is imitated: Table 1's columns, and acting more than once."""
+class Approach(StrEnum):
+    """How a demonstration is imitated: the columns of Table 1, and several actions."""
 
     TRAJECTORY = 'trajectory'
     GOAL_BASED = 'goal_based'
@@ -43,13 +42,13 @@ class Way(StrEnum):
 
     @property
     def mode(self) -> Mode:
-        """The mode the robot is in; sequential asks, and with help somebody answers."""
-        return Mode.SEQUENTIAL if self is Way.SEQUENTIAL_WITH_HELP else Mode(self.value)
+        """The robot's mode; the two sequential approaches differ in whether a human helps."""
+        return Mode.SEQUENTIAL if self is Approach.SEQUENTIAL_WITH_HELP else Mode(self.value)
 
     @property
     def helped(self) -> bool:
-        """Whether a person does what the robot asks for."""
-        return self in (Way.INTERACTIVE, Way.SEQUENTIAL_WITH_HELP)
+        """Whether a human gives the help that the robot asks for."""
+        return self in (Approach.INTERACTIVE, Approach.SEQUENTIAL_WITH_HELP)
 
 
 class Estimate(NamedTuple):
@@ -57,7 +56,7 @@ class Estimate(NamedTuple):
 
     Attributes:
         concentration: pseudo-count of every final state; 0: maximum likelihood.
-        shared: whether instead the trials of all objects choose the prior together.
+        shared: whether the prior is fitted to the trials of all objects instead.
     """
 
     concentration: float = 0.0
@@ -68,7 +67,7 @@ class Estimate(NamedTuple):
         return model.counted(name, *self)
 
     def known(self, model: RobotModel, name: str) -> GoalModel:
-        """What the robot acts on."""
+        """The goal model the robot acts on."""
         return model.goal_model(name, concentration=self.concentration, shared=self.shared)
 
     def worlds(
@@ -76,7 +75,7 @@ class Estimate(NamedTuple):
     ) -> FloatArray:
         """Worlds drawn from the posterior, shape [world, x_i, a, x_f].
 
-        Maximum likelihood alone would be certain after one trial: it gets the default prior.
+        Maximum likelihood gets the default prior: without one, a single trial would be certain.
         """
         counted = self.counted(model, name)
         sure = not np.any(counted.prior)
@@ -88,8 +87,8 @@ class Estimate(NamedTuple):
 MAXIMUM_LIKELIHOOD = Estimate()
 
 
-class Case(NamedTuple):
-    """What a person shows: one cell of the table before its changes are averaged."""
+class DemonstrationCase(NamedTuple):
+    """An object, its change of state and the manner of the demonstration."""
 
     object: str
     x_i: State
@@ -98,11 +97,11 @@ class Case(NamedTuple):
 
 
 class Forecast(NamedTuple):
-    """What the model expects of one case in one way.
+    """Prediction for one case and approach.
 
     Attributes:
-        success: of the goal shown, by the point estimate.
-        help_rate: how often it asks.
+        success: of the demonstrated goal, by the point estimate.
+        help_rate: probability of asking.
         worlds: success in worlds drawn from the posterior, shape [world].
     """
 
@@ -113,44 +112,46 @@ class Forecast(NamedTuple):
 
 def forecasts(
     model: RobotModel,
-    cases: list[Case],
+    cases: list[DemonstrationCase],
     rng: np.random.Generator,
     estimate: Estimate = MAXIMUM_LIKELIHOOD,
     worlds: int = WORLDS,
-) -> dict[tuple[Case, Way], Forecast]:
-    """Every case in every way.
+) -> dict[tuple[DemonstrationCase, Approach], Forecast]:
+    """Every case by every approach.
 
     Args:
-        model: what the robot learned.
-        cases: of objects the model knows.
+        model: of the robot.
+        cases: of objects in the model.
         rng: draws the worlds.
-        estimate: that the robot acts on.
-        worlds: how many.
+        estimate: the robot acts on it.
+        worlds: number of them.
     """
     drawn = {name: estimate.worlds(model, name, rng, worlds) for name in model.objects}
     return {
-        (case, way): forecast(
+        (case, approach): forecast(
             estimate.known(model, case.object),
-            case, way, drawn[case.object],
+            case, approach, drawn[case.object],
         )
         for case in cases
-        for way in Way
+        for approach in Approach
     }  # fmt: skip
 
 
-def forecast(known: GoalModel, case: Case, way: Way, worlds: FloatArray) -> Forecast:
-    """One case in one way.
+def forecast(
+    known: GoalModel, case: DemonstrationCase, approach: Approach, worlds: FloatArray
+) -> Forecast:
+    """One case by one approach.
 
-    known: what the robot acts on. worlds: shape [world, x_i, a, x_f].
+    known: the model the robot acts on. worlds: shape [world, x_i, a, x_f].
     """
     _, x_i, x_f, manner = case
     goal = map_goal(known.goal_posterior(x_i, x_f), x_f)
-    if way.mode is Mode.SEQUENTIAL:
-        return _several(known, x_i, x_f, goal, way, worlds)
+    if approach.mode is Mode.SEQUENTIAL:
+        return _several(known, x_i, x_f, goal, approach, worlds)
     demonstrated = Action.of(manner, x_f)
-    made = choose(known, x_i, goal, demonstrated, way.mode, THRESHOLD)
+    made = choose(known, x_i, goal, demonstrated, approach.mode, THRESHOLD)
     if made.kind is Kind.EXECUTE:
-        assert made.action is not None, 'What is executed is an action.'
+        assert made.action is not None, 'A decision to execute has an action.'
         return Forecast(made.predicted[x_f], 0.0, worlds[:, x_i, made.action, x_f])
     asks = float(made.kind is Kind.ASK_HUMAN)
     sure = asks * float(goal == x_f)
@@ -158,9 +159,9 @@ def forecast(known: GoalModel, case: Case, way: Way, worlds: FloatArray) -> Fore
 
 
 def _several(
-    known: GoalModel, x_i: State, x_f: State, goal: int, way: Way, worlds: FloatArray
+    known: GoalModel, x_i: State, x_f: State, goal: int, approach: Approach, worlds: FloatArray
 ) -> Forecast:
-    """A plan of several actions: asks where it can do nothing more and is not at its goal."""
+    """A plan of several actions: asks where none is left and the goal is not reached."""
     reached = known.goals[goal] > 0
     best = known.plan(goal, BUDGET)
     own, drawn = (
@@ -168,9 +169,9 @@ def _several(
         for transition in (known.transition, worlds)
     )
     asks = float(own[~reached].sum())
-    if not way.helped:
+    if not approach.helped:
         return Forecast(float(own[x_f]), asks, drawn[:, x_f])
-    # The person brings to the robot's goal whatever is not there.
+    # The human brings the object to the goal that the robot inferred.
     if goal == x_f:
         return Forecast(1.0, asks, np.ones(len(worlds)))
     return Forecast(0.0, asks, np.zeros(len(worlds)))

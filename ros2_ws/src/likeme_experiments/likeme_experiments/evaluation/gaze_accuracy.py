@@ -1,4 +1,4 @@
-"""How far forward inference, reverse inference and gaze following are from the truth (Fig 5)."""
+"""Errors of forward inference, reverse inference and gaze following (Fig 5)."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ INSIDE_95 = float(-2 * np.log(0.05))
 
 
 class GazeTest(NamedTuple):
-    """What one agent is tested with; N goals, K observations of each.
+    """Test data of one agent: N goals, K observations of each.
 
     Attributes:
         goal: in the agent's frame, cm (N, 2).
         agent_start: the agent's heading (N,).
         mentor_start: the mentor's, in its own frame (N,).
-        final: what the mentor's K executions led to (K, N, 2).
+        final: results of the mentor's K executions (K, N, 2).
     """
 
     goal: FloatArray
@@ -41,7 +41,7 @@ class GazeTest(NamedTuple):
 
 
 class GazeErrors(NamedTuple):
-    """Errors in degrees, with their sign, of the direction seen from the agent.
+    """Signed errors, degrees, of the direction as seen from the agent.
 
     Attributes:
         forward: predicted final heading for a known goal (N,).
@@ -94,7 +94,7 @@ def gaze_errors(
 def followed(
     model: HeadModel, test: GazeTest, setting: SimulationSetup | None = None
 ) -> Iterator[Following]:
-    """What the agent infers and would do after each observation, all goals at once."""
+    """Inferred goal and predicted heading after each observation, all goals at once."""
     scene = setting or SimulationSetup()
     prior = _prior(test.mentor_start, scene)
     views = Viewpoints(scene.agent, scene.mentor, known(test.agent_start[:, None]))

@@ -1,8 +1,7 @@
-"""How far the Gaussian answer is from the posterior itself, found by weighted samples.
+"""The exact goal posterior of the learned model by importance sampling, without linearisation.
 
-The model is the learned one: policy and transition are what the Gaussian processes say they are,
-and nothing is linearised. Each sample draws the goal, what policy and transition are off by there,
-and the action of every execution; weights make up for drawing them where they are likely.
+Each sample draws the goal, the errors of policy and transition by their Gaussian processes, and
+the action of every execution; weights correct for the proposal distributions.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from likeme_gaze.gp.gaussian_processes import GaussianProcesses
 
 #: Knots of the splines through a Gaussian process's mean and variance, along each of two inputs.
 KNOTS = 41
-#: Goals are drawn from a Gaussian this many times as wide as the Gaussian answer.
+#: Width of the goal's proposal distribution relative to the Gaussian posterior.
 WIDER = 1.6
 
 
@@ -28,7 +27,7 @@ class ExactGoal(NamedTuple):
 
     Attributes:
         belief: its mean and covariance (2,), (2, 2).
-        effective: how many independent samples the weighted ones are worth.
+        effective: effective sample size.
     """
 
     belief: Gaussian
@@ -36,7 +35,7 @@ class ExactGoal(NamedTuple):
 
 
 class Surface(NamedTuple):
-    """Mean and variance without noise of each output over two inputs, the third being fixed."""
+    """Mean and noise-free variance of each output over two inputs, the third fixed."""
 
     means: tuple[RectBivariateSpline, ...]
     variances: tuple[RectBivariateSpline, ...]
@@ -63,7 +62,7 @@ def exact_goal(
     """Importance samples from the goal's posterior, mentor's frame.
 
     Args:
-        rng: where chance comes from.
+        rng: of the samples.
         model: policy and transition.
         prior: of the goal (2,).
         start: x_i, known.
@@ -104,7 +103,7 @@ def surface(gp: GaussianProcesses, box: FloatArray, start: float) -> Surface:
 
 
 def gap(answer: Gaussian, exact: Gaussian) -> dict[str, float]:
-    """How far the Gaussian answer is from the exact moments.
+    """Differences between the Gaussian posterior and the exact moments.
 
     `shift`: distance of the means in exact standard deviations; `widths`: geometric mean of the
     ratio of standard deviations, answer over exact; `kl`: KL(exact || answer) of the Gaussians.

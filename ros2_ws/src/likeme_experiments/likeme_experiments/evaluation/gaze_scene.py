@@ -25,7 +25,7 @@ class GazeScene(NamedTuple):
 
     Attributes:
         setting: where the two stand.
-        test: goals, starts, and what the mentor's executions led to.
+        test: goals, starts, and results of the mentor's executions.
         inferred: the goal's posterior after all observations (N, 2), (N, 2, 2).
         agent_final: the agent's predicted final heading (N,).
     """
@@ -37,12 +37,12 @@ class GazeScene(NamedTuple):
 
     @property
     def distance_off(self) -> FloatArray:
-        """How far each inferred goal is from the true one, cm (N,)."""
+        """Distance of each inferred goal from the true one, cm (N,)."""
         return np.asarray(np.linalg.norm(self.inferred.mean - self.test.goal, axis=-1))
 
 
 def gaze_scene(seed: int, points: int = 200) -> GazeScene:
-    """Train one agent and let it follow the mentor's gaze to every goal."""
+    """Train one agent and infer every goal from the mentor's gaze."""
     rng, scene = np.random.default_rng([seed, 2]), SimulationSetup()
     goal = np.array([(GOAL_X, y) for y in GOAL_Y])
     agent_start, mentor_start = rng.normal(0.0, scene.start_std, (2, len(goal)))

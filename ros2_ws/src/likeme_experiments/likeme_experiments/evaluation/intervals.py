@@ -1,4 +1,4 @@
-"""What tries say about a probability, what a model may say about tries, how far they part."""
+"""Confidence and predictive intervals of proportions, and the expected calibration error."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from scipy import special, stats
 from likeme_inference.tabletop.arrays import FloatArray
 
 LEVEL = 0.95
-#: Of the expected calibration error, equally wide.
+#: Bins of the expected calibration error, equally wide.
 BINS = 10
 
 
-class Interval(NamedTuple):
-    """Bounds of a share, 0 to 1, both included."""
+class ProportionInterval(NamedTuple):
+    """Bounds of a proportion, 0 to 1, both included."""
 
     low: float
     high: float
 
     def holds(self, share: float) -> bool:
-        """Whether a share lies within the bounds, but for rounding."""
+        """Whether a proportion lies within the bounds, up to rounding."""
         return self.low - 1e-9 <= share <= self.high + 1e-9
 
 
-def exact_interval(successes: int, tries: int, level: float = LEVEL) -> Interval:
+def exact_interval(successes: int, tries: int, level: float = LEVEL) -> ProportionInterval:
     """Clopper and Pearson's bounds of the probability behind `successes` of `tries`.
 
-    Tries of unequal probabilities, as in a row of four changes, make them wider than need be.
+    Conservative where the tries have unequal probabilities, as in a row of four changes.
 
     Raises:
         ValueError: less than one try, or more successes than tries.
@@ -40,16 +40,17 @@ def exact_interval(successes: int, tries: int, level: float = LEVEL) -> Interval
     misses = tries - successes
     low = float(special.betaincinv(successes, misses + 1, tail)) if successes else 0.0
     high = float(special.betaincinv(successes + 1, misses, 1 - tail)) if misses else 1.0
-    return Interval(low, high)
+    return ProportionInterval(low, high)
 
 
-def predictive_interval(success: FloatArray, tries: int, level: float = LEVEL) -> Interval:
-    """Where a model expects the share of successes in `tries` to lie, equal-tailed.
+def predictive_interval(
+    success: FloatArray, tries: int, level: float = LEVEL
+) -> ProportionInterval:
+    """Equal-tailed predictive interval of the proportion of successes in `tries`.
 
-    The model is not sure of its own probability: `success` holds draws of it from the posterior,
-    shape [sample]. How many tries succeed is then a mixture of binomials; for one row of a
-    Dirichlet posterior it is the beta-binomial. The bounds are counts, so they hold at least
-    `level`, and more where tries are few.
+    `success` holds posterior draws of the probability, shape [sample]: the number of successes is
+    a mixture of binomials, for one row of a Dirichlet posterior the beta-binomial. The bounds are
+    counts, so that they cover at least `level`, and more where tries are few.
 
     Raises:
         ValueError: less than one try.
@@ -59,9 +60,9 @@ def predictive_interval(success: FloatArray, tries: int, level: float = LEVEL) -
     counts = np.arange(tries + 1)
     below = stats.binom.cdf(counts[:, None], tries, success[None, :]).mean(axis=1)
     tail = (1 - level) / 2
-    # Rounding must not turn a certainty into a doubt.
+    # Rounding must not widen the interval of a certain result.
     low, high = np.searchsorted(below, [tail + 1e-12, 1 - tail - 1e-12]).tolist()
-    return Interval(low / tries, min(high, tries) / tries)
+    return ProportionInterval(low / tries, min(high, tries) / tries)
 
 
 def calibration_error(
@@ -70,10 +71,10 @@ def calibration_error(
     """Expected calibration error: mean over tries of |predicted - achieved| of their bin.
 
     Args:
-        predicted: share of each cell, 0 to 1, shape [cell].
+        predicted: proportion of each cell, 0 to 1, shape [cell].
         achieved: likewise.
         tries: of each cell, shape [cell].
-        bins: of the predicted share, equally wide.
+        bins: of the predicted proportion, equally wide.
 
     Raises:
         ValueError: no try at all.

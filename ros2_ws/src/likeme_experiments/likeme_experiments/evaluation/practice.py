@@ -1,4 +1,4 @@
-"""Goal-based exploration: how practice shapes a policy, and how it converges (Methods)."""
+"""Goal-based exploration: convergence of the policy with practice (Methods)."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Convergence(NamedTuple):
         steps: of `reinforced`, shape [step].
         distance: total variation between P(A | g, x_i) and the limit, averaged over objects,
             changes and seeds; shape [step, round].
-        of_mean: the same of the policy averaged over seeds: what is left of it is bias, which
-            vanishes geometrically; shape [step, round].
+        of_mean: the same of the policy averaged over seeds, its bias, which vanishes
+            geometrically; shape [step, round].
     """
 
     steps: tuple[float, ...]

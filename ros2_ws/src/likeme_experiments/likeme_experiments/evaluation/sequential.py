@@ -1,4 +1,4 @@
-"""Acting more than once: what looking again is worth, exactly (the paper leaves it open)."""
+"""Several actions with a look after each: exact success and help rates (beyond the paper)."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ BUDGETS = (1, 2, 3, 5, 10)
 HUMAN_SUCCESS = 1.0
 
 
-class Row(NamedTuple):
+class SequentialRow(NamedTuple):
     """One object with one number of actions, averaged over the four changes.
 
     Attributes:
-        success: of reaching the goal by the best plan, without ever asking.
-        help_rate: how often a robot that asks once its actions are spent has to.
-        success_with_help: with that human's help, wherever the object is by then.
-        threshold_help_rate: how often the sequential mode asks, which does so as soon as its best
-            plan is worth less than the threshold, be it before the first action.
+        success: probability of reaching the goal by the best plan without help.
+        help_rate: of a robot that asks after its last action.
+        success_with_help: with that help, wherever the object is.
+        threshold_help_rate: of the sequential mode, which asks as soon as its best plan succeeds
+            with less than the threshold, possibly before the first action.
     """
 
     actions: int
@@ -39,12 +39,12 @@ class Row(NamedTuple):
 
 def sequential(
     model: RobotModel, budgets: tuple[int, ...] = BUDGETS, threshold: float = 0.5
-) -> list[Row]:
-    """Compute every row; nothing is sampled."""
+) -> list[SequentialRow]:
+    """Compute every row, without sampling."""
     return [_row(model, name, n, threshold) for n in budgets for name in model.objects]
 
 
-def _row(model: RobotModel, name: str, actions: int, threshold: float) -> Row:
+def _row(model: RobotModel, name: str, actions: int, threshold: float) -> SequentialRow:
     known = model.goal_model(name)
     success, asked = [], []
     for x_i, g in CHANGES:
@@ -53,13 +53,15 @@ def _row(model: RobotModel, name: str, actions: int, threshold: float) -> Row:
         success.append(reached)
         asked.append(_asks(known.transition, best, g, x_i, actions, threshold))
     reached, asks = float(np.mean(success)), float(np.mean(asked))
-    return Row(actions, name, reached, 1 - reached, reached + (1 - reached) * HUMAN_SUCCESS, asks)
+    return SequentialRow(
+        actions, name, reached, 1 - reached, reached + (1 - reached) * HUMAN_SUCCESS, asks
+    )
 
 
 def _asks(
     transition: FloatArray, best: Plan, goal: State, x_i: State, actions: int, threshold: float
 ) -> float:
-    """P(the robot asks sooner or later), following the plan until its value is too low."""
+    """P(the robot asks), following the plan until its value is too low."""
     here = np.eye(len(transition))[x_i]
     asked = 0.0
     for left in range(actions, -1, -1):

@@ -1,4 +1,4 @@
-"""Table 1: hypothetical success of three ways to imitate, averaged over four changes."""
+"""Table 1: hypothetical success of three approaches, averaged over four changes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
 
 MODES = (Mode.TRAJECTORY, Mode.GOAL_BASED, Mode.INTERACTIVE)
-#: As printed in the paper: (manner of the demonstration, object) -> one number a mode.
+#: As printed in the paper: (manner of the demonstration, object) -> success by mode.
 PAPER: dict[tuple[Manner, str], tuple[float, float, float]] = {
     (Manner.PLACE, 'pear'): (0.2250, 0.6750, 0.8250),
     (Manner.PLACE, 'lemon'): (0.5250, 0.6750, 0.6750),
@@ -23,13 +23,13 @@ PAPER: dict[tuple[Manner, str], tuple[float, float, float]] = {
     (Manner.PUSH, 'lemon'): (0.5750, 0.6750, 0.6750),
     (Manner.PUSH, 'chicken'): (0.7250, 0.8000, 0.8000),
 }
-#: The one cell that the paper's own rule and data contradict: what a robot does and predicts in
-#: interactive mode does not depend on how the human acted, so it must equal the place row, 0.8250.
+#: The one cell that contradicts the paper's rule and data: the interactive mode does not depend on
+#: the manner of the demonstration, so the cell must equal the place row, 0.8250.
 MISPRINT = (Manner.PUSH, 'pear', Mode.INTERACTIVE)
 
 
 class Table1(NamedTuple):
-    """What the table holds.
+    """The table.
 
     Attributes:
         objects: names along the second axis.

@@ -1,1 +1,1 @@
-"""Imitation carried out in simulated cells of its own: a person shows, the robot imitates."""
+"""Imitation executed in simulated cells: a human demonstrates, the robot imitates."""

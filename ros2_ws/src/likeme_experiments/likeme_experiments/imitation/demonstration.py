@@ -1,87 +1,80 @@
-"""A person's act in a cell, and what perception makes of it."""
+"""Cells with one object, and a human action in one of them as perception reports it."""
 
 from __future__ import annotations
 
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import lru_cache
 
 from likeme_arm_sim.cell import Cell, CellSettings
-from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.scene import OBJECTS, Scene
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action
-from likeme_experiments.evaluation.forecast import Case
-from likeme_experiments.learning.observed_cell import Eyes
+from likeme_experiments.evaluation.forecast import DemonstrationCase
+from likeme_experiments.learning.cell_perception import CellPerception
 from likeme_experiments.learning.trial_cell import BODY_SEED
 from likeme_perception.background import Background
 from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig
 
-#: Physics steps between frames while a person acts: 12 Hz, as in the shipped recordings.
+#: Physics steps between frames during a human action: 12 Hz, as in the shipped recordings.
 STEPS_PER_FRAME = 20
-#: s of an empty scene before the hand comes and after it left, for perception to be sure.
-BEFORE, AFTER = 0.5, 1.5
-
-
-def new_cell(name: str) -> Cell:
-    """A cell with one object in it, like the one in which the robot learned."""
-    return Cell(Scene(objects=(name,)), BODY_SEED, CellSettings(initial_states={}))
+#: s of frames before the human action and after it.
+LEAD_IN, LEAD_OUT = 0.5, 1.5
 
 
 @contextmanager
-def lone_cell(name: str) -> Iterator[Cell]:
-    """A new cell for a person to act in; ends at the end.
+def single_object_cell(name: str) -> Iterator[Cell]:
+    """A new cell with one object, like the one in which the robot learned; closed at the end.
 
-    A person's grip changes the order in which bullet solves its constraints for good, so a cell in
-    which a person acted goes another way afterwards but for rounding: it is not used again.
+    A human grasp changes the order in which bullet solves its constraints for good, so that later
+    motions differ by rounding even after a restart: a cell with a human action is not used again.
     """
-    # A cell is a knot of references, tens of MB of them: the last one goes before the next comes.
+    # A cell holds tens of MB in reference cycles: free the last one before making another.
     gc.collect()
-    cell = new_cell(name)
+    cell = Cell(Scene(objects=(name,)), BODY_SEED, CellSettings(initial_states={}))
     try:
         yield cell
     finally:
         cell.world.client.disconnect()
 
 
-@cache
+@lru_cache(maxsize=len(OBJECTS))
 def background_of(name: str) -> Background:
-    """What the camera sees of a scene in which nothing moves, learned once in a process."""
-    with lone_cell(name) as cell:
+    """The background of the scene at rest, learned once for each object in a process."""
+    with single_object_cell(name) as cell:
         cell.restart(BODY_SEED)
-        return eyes_on(cell, None).learn_background()
+        return new_perception(cell, None).learn_background()
 
 
-def eyes_on(cell: Cell, background: Background | None) -> Eyes:
-    """Fresh eyes on a cell."""
-    return Eyes(cell, PerceptionConfig(), load_catalogue(), background)
+def new_perception(cell: Cell, background: Background | None) -> CellPerception:
+    """Perception of a cell without tracks."""
+    return CellPerception(cell, PerceptionConfig(), load_catalogue(), background)
 
 
-def shown(case: Case, seed: int) -> tuple[Demonstration, ...]:
-    """A person shows a case in a cell; what perception understands of it, in order."""
-    with lone_cell(case.object) as cell:
+def demonstrate(case: DemonstrationCase, seed: int) -> tuple[Demonstration, ...]:
+    """Demonstrate a case in a new cell; the demonstrations perception reports, in order."""
+    with single_object_cell(case.object) as cell:
         cell.restart(seed)
         cell.reset([case.object], [case.x_i], seed)
-        eyes = eyes_on(cell, background_of(case.object))
-        return by_hand(cell, eyes, case.object, Action.of(case.manner, case.x_f))
+        perception = new_perception(cell, background_of(case.object))
+        return human_action(cell, perception, case.object, Action.of(case.manner, case.x_f))
 
 
-def by_hand(cell: Cell, eyes: Eyes, name: str, action: Action) -> tuple[Demonstration, ...]:
-    """A person does something; the acts that perception found."""
-    acts: list[Demonstration] = []
+def human_action(
+    cell: Cell, perception: CellPerception, name: str, action: Action
+) -> tuple[Demonstration, ...]:
+    """Run one human action; the demonstrations perception reports."""
+    found: list[Demonstration] = []
 
     def tick() -> None:
         if cell.world.steps % STEPS_PER_FRAME == 0:
-            table = eyes.see()
-            acts.extend(table.demonstrations)
+            found.extend(perception.process_frame().demonstrations)
 
-    cell.step(BEFORE, tick)
-    cell.run_action(Actor.HUMAN, name, action, _no_need, tick)
-    cell.step(AFTER, tick)
-    return tuple(acts)
-
-
-def _no_need(_: str) -> None:
-    """People have eyes."""
+    cell.step(LEAD_IN, tick)
+    # The simulated human knows the true poses and needs no camera.
+    cell.run_action(Actor.HUMAN, name, action, lambda _: None, tick)
+    cell.step(LEAD_OUT, tick)
+    return tuple(found)

@@ -1,46 +1,48 @@
-"""Episodes kept as they are made, a line of JSON each, so that a stopped run goes on.
+"""A log of episodes, one JSON document a line, so that a stopped run can go on.
 
-A journal is of one model and one state of the software: whatever could change how an episode ends
-is part of its name.
+A log is valid for one model and one version of code and data: its file name is their digest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from hashlib import sha256
+from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import likeme_arm
-import likeme_arm_sim
-import likeme_core
-import likeme_experiments
-import likeme_inference
-import likeme_perception
 from likeme_core.tabletop import Manner, Mode, State
 from likeme_experiments import json_lines
-from likeme_experiments.evaluation.episode import Act, Ending, Episode
-from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, Case
-from likeme_experiments.imitation.episodes import Task
-
-#: What decides how an episode ends: folders of each package.
-_DECIDES = (
-    (likeme_core, ''),
-    (likeme_arm, ''),
-    (likeme_arm_sim, ''),
-    (likeme_perception, ''),
-    (likeme_inference, 'tabletop'),
-    (likeme_experiments, 'imitation'),
-    (likeme_experiments, 'learning'),
+from likeme_experiments.evaluation.episode import (
+    ImitationEpisode,
+    ImitationResult,
+    PerceivedDemonstration,
 )
+from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, DemonstrationCase
+from likeme_experiments.imitation.episodes import EpisodeTask
+
+#: Packages, and folders of packages, whose files decide how an episode ends.
+SOURCES = (
+    'likeme_core',
+    'likeme_arm',
+    'likeme_arm_sim',
+    'likeme_perception',
+    'likeme_inference.tabletop',
+    'likeme_inference.data',
+    'likeme_experiments.evaluation',
+    'likeme_experiments.imitation',
+    'likeme_experiments.learning',
+)
+#: Libraries whose version may change the physics, the images or the arithmetic.
+LIBRARIES = 'pybullet', 'numpy', 'opencv-python-headless'
 
 
-class Journal:
-    """The episodes of one model, in a file that grows by whole lines."""
+class EpisodeLog:
+    """The episodes of one model, in a file to which whole lines are appended."""
 
     def __init__(self, folder: Path, model_text: str) -> None:
-        """Open it, in `folder`, or begin it.
+        """Open the model's log in `folder`, or create it.
 
         Raises:
             OSError: it cannot be read or made.
@@ -49,63 +51,80 @@ class Journal:
         self.path = folder / f'{fingerprint(model_text)}.jsonl'
         self.episodes = dict(_read(self.path))
 
-    def add(self, episode: Episode) -> None:
-        """Keep one more.
+    def add(self, episode: ImitationEpisode) -> None:
+        """Append one.
 
         Raises:
             OSError: it cannot be written.
         """
-        self.episodes[Task(episode.case, episode.seed)] = episode
+        self.episodes[EpisodeTask(episode.case, episode.seed)] = episode
         json_lines.append(self.path, document_of(episode))
 
 
 def fingerprint(model_text: str) -> str:
-    """A name that changes with the model and with the code that makes episodes."""
-    digest = sha256(f'{BUDGET} {THRESHOLD} {model_text}'.encode())
-    for package, folder in _DECIDES:
-        root = files(package) / folder
-        for path in sorted(Path(str(root)).rglob('*.py')):
-            digest.update(path.read_bytes())
+    """A digest of the model and of all code and data that make episodes, 16 hex digits."""
+    libraries = ' '.join(version(name) for name in LIBRARIES)
+    digest = sha256(f'{BUDGET} {THRESHOLD} {libraries} {model_text}'.encode())
+    for source in SOURCES:
+        package, _, folder = source.partition('.')
+        digest.update(folder_digest(Path(str(files(package))) / folder))
     return digest.hexdigest()[:16]
 
 
-def document_of(episode: Episode) -> dict[str, Any]:
+def folder_digest(folder: Path) -> bytes:
+    """A digest of the names and contents of all files but those that only ROS nodes use."""
+    digest = sha256()
+    for path in _files(folder):
+        digest.update(f'{path.relative_to(folder)}\0'.encode())
+        digest.update(sha256(path.read_bytes()).digest())
+    return digest.digest()
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    for path in sorted(folder.rglob('*')):
+        parts = path.relative_to(folder).parts
+        ros = 'ros' in parts or path.stem.endswith('_node')
+        if path.is_file() and not ros and '__pycache__' not in parts:
+            yield path
+
+
+def document_of(episode: ImitationEpisode) -> dict[str, Any]:
     """JSON-ready."""
     return {
         'case': list(episode.case),
         'seed': episode.seed,
-        'acts': [list(act) for act in episode.acts],
+        'acts': [list(each) for each in episode.perceived],
         'endings': {
-            estimate: {mode.value: list(ending) for mode, ending in endings.items()}
-            for estimate, endings in episode.endings.items()
+            estimate: {mode.value: list(result) for mode, result in results.items()}
+            for estimate, results in episode.results.items()
         },
     }
 
 
-def episode_of(document: dict[str, Any]) -> Episode:
+def episode_of(document: dict[str, Any]) -> ImitationEpisode:
     """The episode of a document.
 
     Raises:
-        ValueError, KeyError, TypeError: it is none.
+        ValueError, KeyError, TypeError: the document is not an episode.
     """
     name, x_i, x_f, manner = document['case']
-    endings = {
+    results = {
         estimate: {
-            Mode(mode): Ending(tuple(actions), tuple(states), asked, helped)
+            Mode(mode): ImitationResult(tuple(actions), tuple(states), asked, helped)
             for mode, (actions, states, asked, helped) in modes.items()
         }
         for estimate, modes in document['endings'].items()
     }
-    acts = tuple(Act(*act) for act in document['acts'])
-    case = Case(name, State(x_i), State(x_f), Manner(manner))
-    return Episode(case, document['seed'], acts, endings)
+    perceived = tuple(PerceivedDemonstration(*each) for each in document['acts'])
+    case = DemonstrationCase(name, State(x_i), State(x_f), Manner(manner))
+    return ImitationEpisode(case, document['seed'], perceived, results)
 
 
-def _read(path: Path) -> Iterable[tuple[Task, Episode]]:
+def _read(path: Path) -> Iterable[tuple[EpisodeTask, ImitationEpisode]]:
     for document in json_lines.documents(path):
         try:
             episode = episode_of(document)
         except (ValueError, KeyError, TypeError):
-            # Not one of this software's: its episode is made again.
+            # Of another format: the episode is made again.
             continue
-        yield Task(episode.case, episode.seed), episode
+        yield EpisodeTask(episode.case, episode.seed), episode

@@ -8,13 +8,18 @@ from typing import NamedTuple
 
 import cv2
 
+from likeme_arm_sim.cell import Cell
 from likeme_core.tabletop import Manner, Mode
 from likeme_experiments.evaluation.demonstrations import CHANGES
-from likeme_experiments.evaluation.episode import Act, Ending, Episode
-from likeme_experiments.evaluation.forecast import Case, Estimate
-from likeme_experiments.imitation.demonstration import shown
+from likeme_experiments.evaluation.episode import (
+    ImitationEpisode,
+    ImitationResult,
+    PerceivedDemonstration,
+)
+from likeme_experiments.evaluation.forecast import DemonstrationCase, Estimate
+from likeme_experiments.imitation.demonstration import demonstrate, single_object_cell
 from likeme_experiments.imitation.imitate import imitate, settings_of
-from likeme_experiments.imitation.imitation_cell import Stage
+from likeme_experiments.imitation.imitation_cell import ImitationCell
 from likeme_experiments.learning.trial_cell import ATTEMPTS
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.model_parser import parse
@@ -28,62 +33,64 @@ ESTIMATES = {
 }
 
 
-class Task(NamedTuple):
+class EpisodeTask(NamedTuple):
     """One episode to be made."""
 
-    case: Case
+    case: DemonstrationCase
     seed: int
 
-    def chance(self, purpose: str, attempt: int = 0) -> int:
-        """A seed of its own for each purpose, 0 to 2^63 - 1; no trial of learning has it."""
+    def seed_for(self, purpose: str, attempt: int = 0) -> int:
+        """A seed for each purpose, 0 to 2^63 - 1; no trial of learning has it."""
         name, x_i, x_f, manner = self.case
         text = f'imitated/{self.seed}/{purpose}/{attempt}/{name}/{x_i:d}/{x_f:d}/{manner:d}'
         return int.from_bytes(sha256(text.encode()).digest()[:8], 'big') >> 1
 
 
 class EpisodeFailedError(Exception):
-    """An episode cannot be made, for a reason that says nothing about the robot's skill."""
+    """An episode cannot be made, for a reason other than the robot's skill."""
 
 
-def tasks(objects: tuple[str, ...], seeds: int) -> list[Task]:
+def tasks(objects: tuple[str, ...], seeds: int) -> list[EpisodeTask]:
     """Every interesting demonstration of every object; all of one seed before the next."""
-    cases = [Case(o, *change, m) for m in Manner for o in objects for change in CHANGES]
-    return [Task(case, seed) for seed in range(seeds) for case in cases]
+    cases = [
+        DemonstrationCase(o, *change, m) for m in Manner for o in objects for change in CHANGES
+    ]
+    return [EpisodeTask(case, seed) for seed in range(seeds) for case in cases]
 
 
-def make_episode(task: Task, model_text: str) -> Episode:
-    """Make one episode in this process: the person shows, the robot imitates in every mode.
+def make_episode(task: EpisodeTask, model_text: str) -> ImitationEpisode:
+    """Make one episode: a human demonstrates, the robot imitates in every mode.
 
     model_text: the robot's model, as a model file.
 
     Raises:
-        EpisodeFailedError: the camera does not see the object where it was put back.
+        EpisodeFailedError: the camera does not see the object in its start state.
     """
-    # An episode is one thread's work; OpenCV's would wait for other episodes' cores.
+    # One episode uses one core; OpenCV's threads would compete with the other episodes.
     cv2.setNumThreads(1)
     model = _model(model_text)
-    acts = shown(task.case, task.chance('shown'))
-    endings: dict[str, dict[Mode, Ending]] = {name: {} for name in ESTIMATES}
-    if acts:
-        stage = _stage(task)
-        for name, estimate in ESTIMATES.items():
-            for mode in Mode:
-                settings = settings_of(mode, estimate)
-                endings[name][mode] = imitate(stage, model, settings, acts)
-    seen = tuple(Act(int(a.x_i), int(a.x_f), int(a.manner)) for a in acts)
-    return Episode(task.case, task.seed, seen, endings)
+    found = demonstrate(task.case, task.seed_for('shown'))
+    results: dict[str, dict[Mode, ImitationResult]] = {name: {} for name in ESTIMATES}
+    if found:
+        with single_object_cell(task.case.object) as cell:
+            start = _start(task, cell)
+            for name, estimate in ESTIMATES.items():
+                for mode in Mode:
+                    results[name][mode] = imitate(start, model, settings_of(mode, estimate), found)
+    seen = tuple(PerceivedDemonstration(int(d.x_i), int(d.x_f), int(d.manner)) for d in found)
+    return ImitationEpisode(task.case, task.seed, seen, results)
 
 
-def _stage(task: Task) -> Stage:
-    """The object put back to where the person took it, by a seed by which the camera sees it."""
+def _start(task: EpisodeTask, cell: Cell) -> ImitationCell:
+    """The object in the start state, by the first seed for which the camera sees it there."""
     name, x_i, *_ = task.case
     for attempt in range(ATTEMPTS):
-        stage = Stage(name, x_i, task.chance('put back', attempt))
-        if stage.beginning.states.get(name) == x_i:
-            return stage
+        start = ImitationCell(cell, name, x_i, task.seed_for('put back', attempt))
+        if start.start.states.get(name) == x_i:
+            return start
     raise EpisodeFailedError(
         f'Expected to see the {name} {x_i.name}, got '
-        f'{stage.beginning.states.get(name)} in {ATTEMPTS} attempts.'
+        f'{start.start.states.get(name)} in {ATTEMPTS} attempts.'
     )
 
 

@@ -1,13 +1,11 @@
-"""Where the robot imitates: the object is put back, actions are carried out, the camera watches.
+"""The cell in which the robot imitates: from one start table, the result of any action sequence.
 
-All modes of an episode begin on the same table with the same chance, so what they have in common
-is carried out once: the cell's way from the beginning hangs on the actions alone.
+All modes of an episode start from the same table with the same seed, and what follows depends on
+the actions alone. Each action sequence is therefore executed once and its result kept.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 from likeme_arm_sim.cell import Cell
@@ -16,103 +14,83 @@ from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.imitation.demonstration import (
     background_of,
-    by_hand,
-    eyes_on,
-    lone_cell,
-    new_cell,
+    human_action,
+    new_perception,
+    single_object_cell,
 )
-from likeme_experiments.learning.observed_cell import SHORTEST, Eyes
+from likeme_experiments.learning.cell_perception import FRAME_PERIOD, CellPerception
 from likeme_inference.tabletop.values import MotionReport
 
 Actions = tuple[Action, ...]
 
 
-class Done(NamedTuple):
-    """After an action: what the arm says, and what the camera sees when all is at rest."""
+class ActionResult(NamedTuple):
+    """After an action: the arm's report, and the table once it has settled."""
 
     report: MotionReport
     view: TableSnapshot
 
 
-class Stage:
-    """One object put back by one seed; answers for any series of actions from there."""
+class ImitationCell:
+    """One object in one start state; executes actions in a cell that the caller owns.
 
-    def __init__(self, name: str, x_i: State, seed: int) -> None:
-        self._name, self._x_i, self._seed = name, x_i, seed
-        self._robots = _robots_cell(name)
-        self._eyes: Eyes | None = None
-        self._made: Actions = ()
-        self._known: dict[Actions, Done] = {}
-        self._helped: dict[tuple[Actions, State], TableSnapshot] = {}
-        self.beginning = self._begin_anew()
-        #: Actions that were really carried out.
-        self.carried_out = 0
-
-    def act(self, before: Actions, action: Action) -> Done:
-        """The robot's `action` after those `before`."""
-        wanted = (*before, action)
-        if wanted not in self._known:
-            self._go_to(before)
-            self._known[wanted] = self._carry_out(self._robots.cell, action)
-            self._made = wanted
-        return self._known[wanted]
-
-    def help(self, before: Actions, goal: State) -> TableSnapshot:
-        """A person places the object where it is wanted, after the robot's actions `before`."""
-        if (before, goal) not in self._helped:
-            with lone_cell(self._name) as cell:
-                self._begin(cell)
-                for action in before:
-                    self._carry_out(cell, action)
-                assert self._eyes is not None, 'It has begun.'
-                by_hand(cell, self._eyes, self._name, Action.of(Manner.PLACE, goal))
-                self._helped[before, goal] = self._eyes.at_rest().snapshot
-            # What this stage saw last was another cell.
-            self._eyes = None
-        return self._helped[before, goal]
-
-    def _go_to(self, wanted: Actions) -> None:
-        """Bring the robot's cell to where those actions lead."""
-        mine = self._robots.stage is self and self._eyes is not None
-        if mine and self._made == wanted:
-            return
-        self._begin_anew()
-        for action in wanted:
-            self._carry_out(self._robots.cell, action)
-
-    def _begin_anew(self) -> TableSnapshot:
-        self._robots.stage = self
-        return self._begin(self._robots.cell)
-
-    def _begin(self, cell: Cell) -> TableSnapshot:
-        cell.restart(self._seed)
-        cell.reset([self._name], [self._x_i], self._seed)
-        self._eyes, self._made = eyes_on(cell, background_of(self._name)), ()
-        return self._eyes.at_rest().snapshot
-
-    def _carry_out(self, cell: Cell, action: Action) -> Done:
-        assert self._eyes is not None, 'It has begun.'
-        self.carried_out += 1
-        look = self._eyes.look
-        ended = cell.run_action(Actor.ROBOT, self._name, action, look)
-        finished = 0 if ended.finished is None else round(ended.finished * 1e9)
-        report = MotionReport(MotionOutcome(int(ended.outcome)), ended.message, finished)
-        # The frame that bears witness is one from after the motion.
-        cell.step(SHORTEST)
-        return Done(report, self._eyes.at_rest().snapshot)
-
-
-@dataclass
-class _RobotsCell:
-    """A cell in which no person ever acts: what follows a restart is the same to the last bit.
-
-    stage: whose actions it carried out last.
+    Attributes:
+        start: the settled table before any action.
+        executed: how many actions were executed.
     """
 
-    cell: Cell
-    stage: Stage | None = None
+    def __init__(self, cell: Cell, name: str, x_i: State, seed: int) -> None:
+        """cell: of this object, without human actions; nothing else may use it meanwhile."""
+        self._cell, self._name, self._x_i, self._seed = cell, name, x_i, seed
+        self._done: Actions = ()
+        self._results: dict[Actions, ActionResult] = {}
+        self._helped: dict[tuple[Actions, State], TableSnapshot] = {}
+        self.executed = 0
+        self.start = self._restart()
 
+    def execute(self, before: Actions, action: Action) -> ActionResult:
+        """The result of `action` after the actions `before`."""
+        sequence = (*before, action)
+        if sequence not in self._results:
+            self._go_to(before)
+            self._results[sequence] = self._execute(self._cell, self._perception, action)
+            self._done = sequence
+        return self._results[sequence]
 
-@cache
-def _robots_cell(name: str) -> _RobotsCell:
-    return _RobotsCell(new_cell(name))
+    def help(self, before: Actions, goal: State) -> TableSnapshot:
+        """The table after the actions `before` and a human who places the object at the goal."""
+        if (before, goal) not in self._helped:
+            with single_object_cell(self._name) as cell:
+                perception = self._reset(cell)
+                perception.wait_until_settled()
+                for action in before:
+                    self._execute(cell, perception, action)
+                human_action(cell, perception, self._name, Action.of(Manner.PLACE, goal))
+                self._helped[before, goal] = perception.wait_until_settled().snapshot
+        return self._helped[before, goal]
+
+    def _go_to(self, actions: Actions) -> None:
+        """Bring the cell to the table after these actions."""
+        if self._done == actions:
+            return
+        self._restart()
+        for action in actions:
+            self._execute(self._cell, self._perception, action)
+
+    def _restart(self) -> TableSnapshot:
+        self._perception, self._done = self._reset(self._cell), ()
+        return self._perception.wait_until_settled().snapshot
+
+    def _reset(self, cell: Cell) -> CellPerception:
+        cell.restart(self._seed)
+        cell.reset([self._name], [self._x_i], self._seed)
+        return new_perception(cell, background_of(self._name))
+
+    def _execute(self, cell: Cell, perception: CellPerception, action: Action) -> ActionResult:
+        self.executed += 1
+        ended = cell.run_action(Actor.ROBOT, self._name, action, perception.look)
+        finished = 0 if ended.finished is None else round(ended.finished * 1e9)
+        report = MotionReport(MotionOutcome(int(ended.outcome)), ended.message, finished)
+        # The result is read from a frame that is newer than the motion.
+        cell.step(FRAME_PERIOD)
+        return ActionResult(report, perception.wait_until_settled().snapshot)

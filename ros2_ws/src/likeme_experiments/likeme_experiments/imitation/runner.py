@@ -1,4 +1,4 @@
-"""All episodes in some processes, with the time left, from where the last run stopped."""
+"""Makes episodes in several processes; a stopped run continues from the log."""
 
 from __future__ import annotations
 
@@ -9,54 +9,60 @@ from itertools import islice
 
 from rich.console import Console
 
-from likeme_experiments.evaluation.episode import Episode
-from likeme_experiments.imitation.episode_log import Journal
-from likeme_experiments.imitation.episodes import Task, make_episode
-from likeme_experiments.learning.offline import Crew, local_crew
-from likeme_experiments.time_left import TimeLeft
+from likeme_experiments.evaluation.episode import ImitationEpisode
+from likeme_experiments.imitation.episode_log import EpisodeLog
+from likeme_experiments.imitation.episodes import EpisodeTask, make_episode
+from likeme_experiments.learning.offline import WorkerPool, local_pool
+from likeme_experiments.progress_bar import ProgressBar
 
 #: s between lines where there is no terminal.
-EVERY = 20.0
+LINE_PERIOD = 20.0
 
 
 def episodes(
-    wanted: Sequence[Task], model_text: str, journal: Journal, workers: int, console: Console
-) -> list[Episode]:
-    """Every wanted episode, made where the journal has it not; in the order of `wanted`.
+    wanted: Sequence[EpisodeTask],
+    model_text: str,
+    log: EpisodeLog,
+    workers: int,
+    console: Console,
+) -> list[ImitationEpisode]:
+    """The wanted episodes, in this order; those that are not in the log are made and added.
 
     Raises:
-        EpisodeFailedError: one cannot be made; what was made is kept.
-        ChildProcessError: a process died; what was made is kept.
-        OSError: an episode cannot be kept.
+        EpisodeFailedError: one cannot be made; the others are in the log.
+        ChildProcessError: a process died; finished episodes are in the log.
+        OSError: an episode cannot be written.
     """
-    missing = [task for task in wanted if task not in journal.episodes]
+    missing = [task for task in wanted if task not in log.episodes]
     if missing:
         try:
             done = len(wanted) - len(missing)
-            bar = TimeLeft(console, 'episodes', len(wanted), done, EVERY)
-            with local_crew(workers) as crew, bar.shown():
-                for number, made in enumerate(_made(crew, missing, model_text), done + 1):
-                    journal.add(made)
-                    bar.one_more(f'{number} of {len(wanted)} episodes')
+            bar = ProgressBar(console, 'episodes', len(wanted), done, LINE_PERIOD)
+            with local_pool(workers) as pool, bar.shown():
+                for number, made in enumerate(_made(pool, missing, model_text), done + 1):
+                    log.add(made)
+                    bar.advance(f'{number} of {len(wanted)} episodes')
         except BrokenProcessPool:
             raise ChildProcessError(
-                'A process that makes episodes died. The same command goes on from here.'
+                'A worker process died. The same command continues from here.'
             ) from None
         except KeyboardInterrupt:
-            console.print('Stopped. The same command goes on from here.')
+            console.print('Stopped. The same command continues from here.')
             raise
-    return [journal.episodes[task] for task in wanted]
+    return [log.episodes[task] for task in wanted]
 
 
-def _made(crew: Crew, missing: Sequence[Task], model_text: str) -> Iterator[Episode]:
-    """Episodes as they come.
+def _made(
+    pool: WorkerPool, missing: Sequence[EpisodeTask], model_text: str
+) -> Iterator[ImitationEpisode]:
+    """Episodes in the order they are finished.
 
-    Each process has one at a time: what was handed out ahead could not be called back by Ctrl-C.
+    Each process has one task at a time: queued ones could not be cancelled on Ctrl-C.
     """
-    tasks, running = iter(missing), set[Future[Episode]]()
+    tasks, running = iter(missing), set[Future[ImitationEpisode]]()
     while True:
-        for task in islice(tasks, crew.size - len(running)):
-            running.add(crew.executor.submit(make_episode, task, model_text))
+        for task in islice(tasks, pool.size - len(running)):
+            running.add(pool.executor.submit(make_episode, task, model_text))
         if not running:
             return
         done, running = wait(running, return_when=FIRST_COMPLETED)

@@ -1,1 +1,1 @@
-"""Learning by trying: in cells of its own without ROS, or in the running cell."""
+"""Learning from trials, in simulated cells without ROS or in the running cell."""

@@ -1,4 +1,4 @@
-"""Campaigns by the words of the command line."""
+"""Campaigns from command-line options."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ class PolicyName(StrEnum):
     INFORMATION_GAIN = 'information-gain'
 
 
-#: Name -> (objects, repetitions, trials or None) -> policy. Another policy is another line here
-#: and another name above.
+#: Name -> (number of objects, repetitions, trials or None) -> policy.
 POLICIES: dict[PolicyName, Callable[[int, int, int | None], ExplorationPolicy]] = {
     PolicyName.SYSTEMATIC: lambda _objects, repetitions, _trials: Systematic(repetitions),
     PolicyName.RANDOM: lambda objects, repetitions, trials: Random(
@@ -47,8 +46,8 @@ def campaign_of(
 ) -> Campaign:
     """A campaign.
 
-    kind: 'offline', whose trials follow from the seed alone, or 'live'. The name is of kind and
-    seed, not of the policy: the same trial is the same fact however it was chosen.
+    kind: 'offline', whose trials follow from the seed alone, or 'live'. The name holds kind and
+    seed, not the policy: a trial is the same however it was chosen.
     """
     chosen = POLICIES[policy](len(objects), repetitions, trials)
     return Campaign(robot, f'{kind}-{seed}', seed, objects, chosen)

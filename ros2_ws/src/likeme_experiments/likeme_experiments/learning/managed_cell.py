@@ -1,4 +1,4 @@
-"""A cell of the learner's own: started with it, ended with it, and started anew when it dies."""
+"""A cell process started by the learner: restarted when it ends, stopped with the learner."""
 
 from __future__ import annotations
 
@@ -10,77 +10,76 @@ from pathlib import Path
 
 from likeme_core.processes import interrupt, start
 
-#: s a cell has to end in.
-GRACE = 20.0
-#: Starts one after another without a trial between.
-STARTS = 5
+#: s after SIGINT before SIGKILL.
+SHUTDOWN_TIMEOUT = 20.0
+#: Starts in a row without a trial between them.
+MAX_STARTS = 5
 
 
-class CellDiesError(Exception):
-    """The cell ended again and again: its last words."""
+class CellCrashedError(Exception):
+    """The cell ended MAX_STARTS times without a trial; its exit code and last line."""
 
 
-class OwnCell:
-    """Runs `start_cell` in a process; `ensure` before each trial, `worked` after it."""
+class ManagedCell:
+    """Runs `start_cell` as a process: call `ensure_running` before each trial."""
 
     def __init__(
-        self, domain: int, real_time_factor: float, log: Path, say: Callable[[str], None]
+        self, domain: int, real_time_factor: float, log: Path, report: Callable[[str], None]
     ) -> None:
         self._command = [
             sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(domain),
             '--real-time-factor', str(real_time_factor),
         ]  # fmt: skip
-        self._log, self._say = log, say
+        self._log, self._report = log, report
         self._process: subprocess.Popen[bytes] | None = None
         self._starts = 0
 
-    def ensure(self) -> bool:
-        """Start the cell unless it runs; whether it had to be started.
+    def ensure_running(self) -> bool:
+        """Start the cell unless it runs; True if it had to be started.
 
         Raises:
-            CellDiesError: it did not live long enough for a trial, several times.
+            CellCrashedError: it was started MAX_STARTS times without a trial.
         """
-        if self._process is not None and self._process.poll() is None:
+        code = None if self._process is None else self._process.poll()
+        if self._process is not None and code is None:
             return False
-        if self._process is not None:
-            self._say(f'The cell ended ({self._last_words()}).')
-        if self._starts >= STARTS:
-            raise CellDiesError(
-                f'The cell ended {STARTS} times without a trial. Its last words, from '
-                f'{self._log}: {self._last_words()}'
+        if code is not None:
+            self._report(f'The cell ended with exit code {code}: {self._last_line()}')
+        if self._starts >= MAX_STARTS:
+            raise CellCrashedError(
+                f'The cell ended {MAX_STARTS} times without a trial, the last time with exit '
+                f'code {code}: {self._last_line()} All output: {self._log}'
             )
         self._starts += 1
         with self._log.open('ab') as out:
             self._process = start(self._command, out)
         return True
 
-    def worked(self) -> None:
-        """Take note that a trial was made."""
+    def trial_recorded(self) -> None:
+        """Reset the count of starts without a trial."""
         self._starts = 0
 
     def stop(self) -> None:
-        """End it."""
-        if self._process is None or self._process.poll() is not None:
-            return
-        interrupt(self._process, GRACE)
+        """Stop the process if it runs."""
+        if self._process is not None and self._process.poll() is None:
+            interrupt(self._process, SHUTDOWN_TIMEOUT)
 
-    def _last_words(self) -> str:
+    def _last_line(self) -> str:
         lines = self._log.read_text(encoding='utf-8', errors='replace').strip().splitlines()
-        ended = [line for line in lines if ' ended' in line]
-        return (ended or lines or ['it said nothing'])[-1]
+        return lines[-1] if lines else '(no output)'
 
 
 @contextmanager
-def own_cell(
-    domain: int, real_time_factor: float, log: Path, say: Callable[[str], None]
-) -> Iterator[OwnCell]:
-    """A cell of one's own that ends at the end.
+def managed_cell(
+    domain: int, real_time_factor: float, log: Path, report: Callable[[str], None]
+) -> Iterator[ManagedCell]:
+    """A cell process that is stopped at the end.
 
-    real_time_factor: simulated s per s while it moves; 0: as fast as it goes.
+    real_time_factor: simulated s per s during motions; 0: as fast as possible.
     """
     log.parent.mkdir(parents=True, exist_ok=True)
     log.write_bytes(b'')
-    cell = OwnCell(domain, real_time_factor, log, say)
+    cell = ManagedCell(domain, real_time_factor, log, report)
     try:
         yield cell
     finally:

@@ -1,7 +1,7 @@
 """Trials without ROS in many processes: on this machine, or on a Dask cluster.
 
-Which trials are made and how each ends follows from the campaign alone; processes only decide how
-soon. Every trial is recorded when it is made, by the one process that waits for them all.
+Which trials are made and how each ends follows from the campaign alone, whatever the number of
+processes. The one process that waits for them all records each trial as soon as it is made.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ from likeme_inference.experience.campaign import Progress
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 
-#: Trials handed out to each process ahead of time, so that none waits for work.
-AHEAD = 3
-#: Processes that may die one after another without one trial made between.
-DEATHS = 3
+#: Trials queued for each process, so that none waits for work.
+PREFETCH = 3
+#: Crashes of a worker in a row without a trial between them.
+MAX_CRASHES = 3
 #: s to wait for a Dask scheduler and its first worker.
-CLUSTER_PATIENCE = 10.0
+CLUSTER_TIMEOUT = 10.0
 
 
 class NoClusterError(Exception):
-    """There is no Dask cluster to work with."""
+    """No Dask scheduler or worker was found."""
 
 
-class Crew(NamedTuple):
-    """Who makes the trials: an executor, and how many trials it can make at once."""
+class WorkerPool(NamedTuple):
+    """An executor, and how many trials it can make at once."""
 
     executor: Executor
     size: int
@@ -50,7 +50,7 @@ class Crew(NamedTuple):
 OnTrial = Callable[[Trial], None]
 
 
-def learn(progress: Progress, store: ExperienceStore, crew: Crew, on_trial: OnTrial) -> None:
+def learn(progress: Progress, store: ExperienceStore, pool: WorkerPool, on_trial: OnTrial) -> None:
     """Make and record every trial of a campaign that is missing.
 
     Raises:
@@ -59,12 +59,12 @@ def learn(progress: Progress, store: ExperienceStore, crew: Crew, on_trial: OnTr
         StoreError: a trial cannot be recorded.
     """
     campaign, keys = progress.campaign, progress.missing()
-    ahead = 1 if campaign.policy.adaptive else crew.size * AHEAD
+    queued = 1 if campaign.policy.adaptive else pool.size * PREFETCH
     running: set[Future[Trial]] = set()
     try:
         while True:
-            for key in islice(keys, ahead - len(running)):
-                running.add(crew.executor.submit(make_trial, key, campaign.seed))
+            for key in islice(keys, queued - len(running)):
+                running.add(pool.executor.submit(make_trial, key, campaign.seed))
             if not running:
                 return
             done, running = wait(running, return_when=FIRST_COMPLETED)
@@ -79,47 +79,47 @@ def learn(progress: Progress, store: ExperienceStore, crew: Crew, on_trial: OnTr
 
 
 @contextmanager
-def local_crew(workers: int) -> Iterator[Crew]:
+def local_pool(workers: int) -> Iterator[WorkerPool]:
     """Processes of this machine, which end with this one."""
     executor = ProcessPoolExecutor(
         workers, multiprocessing.get_context('spawn'), _begin_worker, (os.getpid(),)
     )
     try:
-        yield Crew(executor, workers)
+        yield WorkerPool(executor, workers)
     finally:
         executor.shutdown(cancel_futures=True)
 
 
 def _begin_worker(parent: int) -> None:
-    # Ctrl-C reaches everybody at the terminal; the parent decides what it means.
+    # Ctrl-C reaches every process of the terminal; the parent alone handles it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     die_with_parent(parent)()
 
 
 @contextmanager
-def dask_crew(address: str, patience: float = CLUSTER_PATIENCE) -> Iterator[Crew]:
+def dask_pool(address: str, timeout: float = CLUSTER_TIMEOUT) -> Iterator[WorkerPool]:
     """The workers of a Dask cluster, which must have this software in their environment.
 
     Raises:
-        NoClusterError: nobody answers there, or it has no worker.
+        NoClusterError: no scheduler answers at the address, or it has no worker.
     """
     # Takes a second to import, and only a cluster needs it.
     from distributed import Client
 
     client: Any
     try:
-        client = cast(Any, Client)(address, timeout=patience)
+        client = cast(Any, Client)(address, timeout=timeout)
     except (OSError, ValueError) as error:
         reason = ' '.join(str(error).split())
         raise NoClusterError(f'Expected a Dask scheduler at {address}: {reason}') from None
     with client:
         try:
-            client.wait_for_workers(1, timeout=patience)
+            client.wait_for_workers(1, timeout=timeout)
         except TimeoutError:
             raise NoClusterError(f'The Dask scheduler at {address} has no worker.') from None
         threads = sum(client.nthreads().values())
-        # A trial is pure, but worth making once only: its cell is not.
-        yield Crew(client.get_executor(pure=False, retries=DEATHS), threads)
+        # pure=False: Dask must not merge equal calls, since each worker keeps cells between them.
+        yield WorkerPool(client.get_executor(pure=False, retries=MAX_CRASHES), threads)
 
 
 def learn_locally(
@@ -128,16 +128,16 @@ def learn_locally(
     """As `learn` with processes of this machine; one that is killed is replaced.
 
     Raises:
-        BrokenProcessPool: they die again and again.
+        BrokenProcessPool: workers crashed MAX_CRASHES times without a trial between.
     """
-    deaths = 0
+    crashes = 0
     while True:
         before = progress.done
         try:
-            with local_crew(workers) as crew:
-                learn(progress, store, crew, on_trial)
+            with local_pool(workers) as pool:
+                learn(progress, store, pool, on_trial)
             return
         except BrokenProcessPool:
-            deaths = 1 if progress.done > before else deaths + 1
-            if deaths >= DEATHS:
+            crashes = 1 if progress.done > before else crashes + 1
+            if crashes >= MAX_CRASHES:
                 raise

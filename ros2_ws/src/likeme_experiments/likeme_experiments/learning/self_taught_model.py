@@ -1,4 +1,4 @@
-"""The model of a robot that taught itself: learned offline once, and kept with its experience."""
+"""The model of the simulated robot's own trials: made offline once, then read from the store."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from rich.console import Console
 from likeme_arm_sim.scene import OBJECTS
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_experiments.learning.offline import learn_locally
-from likeme_experiments.learning.progress_display import Telling
-from likeme_experiments.learning.store_commands import open_store
-from likeme_experiments.learning.trial_cell import TrialFailedError, simulated_robot
+from likeme_experiments.learning.robot_identity import simulated_robot
+from likeme_experiments.learning.store_location import open_store
+from likeme_experiments.learning.trial_cell import TrialFailedError
+from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import model_of_rows, rows_of
@@ -32,18 +33,18 @@ def self_taught(
     objects: tuple[str, ...] = OBJECTS,
     place: str | None = None,
 ) -> RobotModel:
-    """The model of a systematic campaign's trials; those that are missing are made first.
+    """The model of a systematic campaign's trials; missing trials are made first.
 
     Args:
         workers: processes; all cores by default.
         seed: of the campaign, see learn.sh.
         repetitions: trials of each pair.
-        objects: that are tried.
+        objects: to try.
         place: of the experience store; the project's by default.
 
     Raises:
         ValueError: a trial cannot be made, or the store cannot be used.
-        ChildProcessError: processes that make trials die again and again.
+        ChildProcessError: worker processes crashed repeatedly.
     """
     policy = PolicyName.SYSTEMATIC
     campaign = campaign_of('offline', simulated_robot(), seed, objects, policy, repetitions, None)
@@ -54,20 +55,20 @@ def self_taught(
     except (StoreError, TrialFailedError) as error:
         raise ValueError(str(error)) from error
     except BrokenProcessPool:
-        raise ChildProcessError('Processes that make trials die again and again.') from None
+        raise ChildProcessError('Worker processes crashed repeatedly.') from None
 
 
 def _learn(progress: Progress, store: ExperienceStore, workers: int) -> None:
     if progress.done == progress.total:
         return
-    telling = Telling(progress, Console(stderr=True))
-    telling.say(f'The robot learns: {progress.total} trials in cells of its own.')
-    with telling.shown():
-        learn_locally(progress, store, workers, telling.trial)
+    reporter = TrialReporter(progress, Console(stderr=True))
+    reporter.print(f'Learning: {progress.total} trials in simulated cells.')
+    with reporter.shown():
+        learn_locally(progress, store, workers, reporter.report)
 
 
 def _tallies(campaign: Campaign, store: ExperienceStore) -> list[EndStateCount]:
-    """How the campaign's own trials ended; others may have its name, by another policy."""
+    """Results of the planned trials; by another policy, more may be recorded under the name."""
     planned = {key.identity for key in campaign.plan()}
     ends = Counter(
         (trial.key.pair, trial.x_f)

@@ -1,4 +1,4 @@
-"""What is in an experience store, for people and for programs."""
+"""Summary of an experience store, as a table and as JSON."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from likeme_inference.experience.trial import Pair
 
 
 def ends(tallies: Sequence[EndStateCount]) -> dict[Pair, tuple[int, ...]]:
-    """How often each pair ended LEFT, RIGHT, OFFTABLE, of all robots and campaigns together."""
+    """How often each pair ended LEFT, RIGHT, OFFTABLE, over all robots and campaigns."""
     counts: dict[Pair, list[int]] = defaultdict(lambda: [0] * len(State))
     for tally in tallies:
         counts[tally.pair][tally.x_f] += tally.trials

@@ -1,1 +1,1 @@
-"""Fits the few free numbers of the simulated cell to the real robot's trials."""
+"""Fit of the simulated cell's free parameters to the real robot's trials."""

@@ -1,22 +1,22 @@
-"""The exact multinomial test: whether 10 real trials are what the simulated row would give."""
+"""The exact multinomial test of 10 real trials against a simulated row."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln, xlogy
 
 Floats = NDArray[np.float64]
-# A result is as unlikely as the observed one up to this factor of rounding.
+# Tolerance for results that are exactly as likely as the observed one.
 TIE = 1.0 + 1e-9
-# Jeffreys' half trial for each outcome: what 50 trials never showed is rare, not impossible.
+# Jeffreys' prior: an outcome that 50 trials never showed is rare, not impossible.
 PSEUDO_COUNT = 0.5
 
 
-@cache
+@lru_cache(maxsize=8)
 def _compositions(trials: int) -> NDArray[np.int64]:
     """All counts of three outcomes that sum to `trials`, (N, 3)."""
     first, second = np.meshgrid(np.arange(trials + 1), np.arange(trials + 1), indexing='ij')

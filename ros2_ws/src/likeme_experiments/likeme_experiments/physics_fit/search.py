@@ -1,7 +1,6 @@
-"""The search's steps: one number after the other, each judged by the rows that it can touch.
+"""Coordinate search with common random numbers, one parameter after another.
 
-A coordinate search with common random numbers: every level of a number is tried with the same
-seeds, and only where it can matter, so that few trials tell much.
+Every level of a parameter is tried with the same seeds, and only on the rows that it can affect.
 """
 
 from __future__ import annotations
@@ -12,37 +11,38 @@ from itertools import pairwise
 from likeme_arm_sim.fitted_parameters import FITTED
 from likeme_arm_sim.scene import OBJECTS
 from likeme_core.tabletop import Manner, State
-from likeme_experiments.physics_fit.misfit import misfit
-from likeme_experiments.physics_fit.trial_rows import Row
+from likeme_experiments.physics_fit.deviance import deviance
+from likeme_experiments.physics_fit.table_rows import TableRow
 
 Counts = tuple[int, int, int]
-# What is tried one after the other, what decides most first; then more of it, nearer.
+# Parameters in the order of the search, the most influential first; then some again, with smaller
+# steps.
 WIDE = (
     'place_share', 'pear_mass', 'chicken_mass', 'lemon_mass', 'push_off_heading', 'reach',
     'push_gap', 'pear_rolling', 'lemon_rolling', 'arm_skew', 'release_height',
 )  # fmt: skip
 NEAR = ('pear_mass', 'lemon_friction', 'chicken_friction', 'pear_friction', 'reach')
-# Levels that are tried about the value so far, in shares of the searched range.
+# Steps from the current value, in shares of the searched range.
 AWAY, NEARER = (-0.3, -0.15, 0.0, 0.15, 0.3), (-0.1, 0.0, 0.1)
 STEPS = (*((name, AWAY) for name in WIDE), *((name, NEARER) for name in NEAR))
-# How much better a level must be than the value so far: less is chance.
+# A level replaces the current value only if it is better by this much.
 MARGIN = 1.0
-# What numbers that are not a toy's own touch: places or pushes, to LEFT and RIGHT or OFFTABLE.
+# Parameters by the rows they affect: places or pushes, to LEFT and RIGHT or OFFTABLE.
 GRASPING = {'grip_force', 'grasp_height'}
 PLACING_ACROSS = {'place_share', 'release_height', 'bounce'}
-# A turned calibration moves a grasp by millimetres, and a push off the middle of a round toy.
+# A rotated calibration moves a grasp by millimetres, but a push off the centre of a round toy.
 PUSHING = {'push_gap', 'arm_skew'}
 PUSHING_ACROSS = {'push_past'}
 PUSHING_OFF = {'push_off_heading', 'reach'}
 
 
-def touches(parameter: str, row: Row) -> bool:
-    """Whether a number can much change how a row ends."""
+def touches(parameter: str, row: TableRow) -> bool:
+    """Whether a parameter can noticeably change how a row ends."""
     first, _, rest = parameter.partition('_')
     if first in OBJECTS:
         if first != row.name:
             return False
-        # A heavier toy slides no further when it is pushed, it only rests on more friction.
+        # A heavier toy does not slide further when it is pushed: friction grows with its mass.
         parameter = 'grip_force' if rest == 'mass' else rest
     is_push, off = row.action.manner is Manner.PUSH, row.action.target is State.OFFTABLE
     if parameter in GRASPING:
@@ -59,7 +59,7 @@ def touches(parameter: str, row: Row) -> bool:
 
 
 def levels(parameter: str, value: float, away: Sequence[float] = AWAY) -> list[float]:
-    """The values that are tried, in rising order and within the range; `value` is one of them."""
+    """The values to try, ascending and within the range; `value` is one of them."""
     p = FITTED[parameter]
     around = {min(max(value + part * (p.high - p.low), p.low), p.high) for part in away}
     around.add(value)
@@ -69,17 +69,17 @@ def levels(parameter: str, value: float, away: Sequence[float] = AWAY) -> list[f
 
 
 def best_level(
-    value: float, tried: Mapping[float, Mapping[str, Counts]], touched: Sequence[Row]
+    value: float, tried: Mapping[float, Mapping[str, Counts]], touched: Sequence[TableRow]
 ) -> tuple[float, float, float]:
-    """The level to go on with, its misfit, and that of the value so far, summed over the rows.
+    """The next value, its deviance, and that of the current value, summed over the rows.
 
     Args:
-        value: so far; one of the levels.
+        value: the current one; one of the levels.
         tried: counts by row name, by level.
-        touched: the rows that count.
+        touched: the affected rows.
     """
     losses = {
-        level: sum(misfit(row.real, counts[str(row)]) for row in touched)
+        level: sum(deviance(row.real, counts[str(row)]) for row in touched)
         for level, counts in tried.items()
     }
     best = min(losses, key=lambda level: (losses[level], level))

@@ -1,1 +1,1 @@
-"""What `scripts/reproduce.sh` can compute anew: one module a topic, gathered in `registry`."""
+"""Reproductions of the tables and figures, by topic; `registry` lists their names."""

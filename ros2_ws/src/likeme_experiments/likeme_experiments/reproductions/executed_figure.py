@@ -1,22 +1,22 @@
-"""Executed imitation as a picture: Table 1 beside its forecast, and a calibration plot."""
+"""Figure of executed imitation: Table 1 with predictions, and a reliability diagram."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from likeme_experiments.evaluation.forecast import Way
+from likeme_experiments.evaluation.forecast import Approach
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _HEADINGS = {
-    Way.TRAJECTORY: 'Trajectory',
-    Way.GOAL_BASED: 'Goal-Based',
-    Way.INTERACTIVE: 'Interactive\nGoal-Based',
-    Way.SEQUENTIAL: 'Sequential,\n3 actions',
-    Way.SEQUENTIAL_WITH_HELP: 'Sequential,\nthen asking',
+    Approach.TRAJECTORY: 'Trajectory',
+    Approach.GOAL_BASED: 'Goal-Based',
+    Approach.INTERACTIVE: 'Interactive\nGoal-Based',
+    Approach.SEQUENTIAL: 'Sequential,\n3 actions',
+    Approach.SEQUENTIAL_WITH_HELP: 'Sequential,\nthen asking',
 }
 _MANNERS = {'place': 'Pick & Place Demonstration', 'push': 'Push Demonstration'}
 _COLOURS = {'pear': '#228833', 'lemon': '#ccbb44', 'chicken': '#aa3377'}
@@ -24,14 +24,14 @@ _OTHER = '#4477aa'
 
 
 def executed_figure(document: Mapping[str, Any]) -> Figure:
-    """The table above; below, predicted against achieved, and the means."""
+    """The table; below it the reliability diagram and the means."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.5, 9.6), layout='constrained')
     above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.05, 1))[:, 0]
     _table(above.subplots(), document)
     above.suptitle(
-        f'Table 1 carried out by {document["model"]}: executed (predicted)\n'
+        f'Table 1 executed by {document["model"]}: executed (predicted)\n'
         'and 95 % bounds of the executed',
         fontsize=11,
     )
@@ -46,12 +46,12 @@ def _table(axes: Axes, document: Mapping[str, Any]) -> None:
     names, cells = [], []
     for manner, heading in _MANNERS.items():
         names.append(heading)
-        cells.append([''] * len(Way))
+        cells.append([''] * len(Approach))
         for row in (row for row in document['rows'] if row['demonstration'] == manner):
             names.append(f'{row["object"].capitalize()}  ')
-            cells.append([_cell(row[way]) for way in Way])
+            cells.append([_cell(row[approach]) for approach in Approach])
     names.append('Mean  ')
-    cells.append([_cell(document['averages'][way]) for way in Way])
+    cells.append([_cell(document['averages'][approach]) for approach in Approach])
     drawn = axes.table(
         cells, rowLabels=names, colLabels=list(_HEADINGS.values()), loc='center', cellLoc='center'
     )
@@ -95,8 +95,8 @@ def _reliability(axes: Axes, calibration: Mapping[str, Any]) -> None:
 
 
 def _means(axes: Axes, averages: Mapping[str, Any]) -> None:
-    for place, way in enumerate(Way):
-        s = averages[way]
+    for place, approach in enumerate(Approach):
+        s = averages[approach]
         reach = [[s['success'] - s['low']], [s['high'] - s['success']]]
         label = ('executed', 'predicted', 'asks for help') if place == 0 else (None,) * 3
         axes.bar(
@@ -104,10 +104,10 @@ def _means(axes: Axes, averages: Mapping[str, Any]) -> None:
             error_kw={'elinewidth': 1},
         )  # fmt: skip
         axes.plot(place, s['predicted'], 'D', color='#ee8866', label=label[1])
-        if way.helped or place == 0:
-            shown = s['help_rate'] if way.helped else float('nan')
+        if approach.helped or place == 0:
+            shown = s['help_rate'] if approach.helped else float('nan')
             axes.bar(place + 0.36, shown, 0.12, color='#bbbbbb', label=label[2])
-    axes.set_xticks(range(len(Way)), list(_HEADINGS.values()), fontsize=8)
+    axes.set_xticks(range(len(Approach)), list(_HEADINGS.values()), fontsize=8)
     axes.set_ylim(0, 1.2)
     axes.set_yticks([0, 0.2, 0.4, 0.6, 0.8, 1])
     axes.set_title('Means over objects, changes and demonstrations', fontsize=10)

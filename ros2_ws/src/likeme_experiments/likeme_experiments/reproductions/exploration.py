@@ -1,4 +1,4 @@
-"""Directed exploration: how many trials the robot's decisions need (paper: future work)."""
+"""Directed exploration: help rate against number of trials (future work of the paper)."""
 
 from __future__ import annotations
 
@@ -7,53 +7,59 @@ from typing import Any, NamedTuple
 
 from likeme_experiments.evaluation.exploration import (
     CHECKPOINTS,
-    Curve,
-    Way,
+    ExplorationStrategy,
+    HelpRateCurve,
     exploration,
     world_of,
 )
 from likeme_experiments.reproductions.exploration_figure import curves_figure
 from likeme_experiments.reproductions.models import LEARNED, model_of
-from likeme_experiments.reproductions.report import Options, Report, Reproduction
+from likeme_experiments.reproductions.report import (
+    Reproduction,
+    ReproductionOptions,
+    ReproductionReport,
+)
 from likeme_inference.tabletop.active_exploration import help_rate
 from likeme_inference.tabletop.robot_model import RobotModel
 
 SEEDS = 200
-#: The simulated cell as a world: so many trials of each pair, none of which it learned from.
+#: The simulated cell as a world: a campaign other than the one the robot learned from.
 WORLD_SEED, WORLD_REPETITIONS = 2, 40
 
 
-class World(NamedTuple):
-    """What became of exploring one world.
+class ExploredWorld(NamedTuple):
+    """Help rates in one world.
 
     Attributes:
         name: whose relative frequencies the world is.
-        known: help rate of who knows the world.
-        curves: one for each way and estimate.
+        known: help rate with the world's own transition probabilities.
+        curves: one for each policy and estimate.
     """
 
     name: str
     known: float
-    curves: list[Curve]
+    curves: list[HelpRateCurve]
 
 
-def report_exploration(options: Options) -> Report:
-    """Help rate against trials for each way to explore, in each world by itself."""
+def report_exploration(options: ReproductionOptions) -> ReproductionReport:
+    """Help rate against number of trials by each policy, in each world."""
     seeds = options.seeds or SEEDS
     worlds = [_explored(model, seeds) for model in _models(options)]
     first, *others = [_document(world) for world in worlds]
     document = {'seeds': seeds, 'trials': list(CHECKPOINTS), **first}
     document |= {'beside': others[0]} if others else {}
-    return Report(
+    return ReproductionReport(
         document,
-        '\n'.join(_text(f'World: {w.name}; {seeds} seeds', w.known, w.curves) for w in worlds),
+        '\n'.join(
+            _text(f'ExploredWorld: {w.name}; {seeds} seeds', w.known, w.curves) for w in worlds
+        ),
         lambda: curves_figure(
             {f'{w.name}; {seeds} seeds': (w.curves, w.known) for w in worlds}, CHECKPOINTS
         ),
     )
 
 
-def _models(options: Options) -> list[RobotModel]:
+def _models(options: ReproductionOptions) -> list[RobotModel]:
     """The worlds: the model's, and for the simulated cell the real robot's beside it."""
     if options.model != LEARNED:
         return [model_of(options)]
@@ -61,20 +67,22 @@ def _models(options: Options) -> list[RobotModel]:
     from likeme_experiments.learning.self_taught_model import self_taught
 
     cell = self_taught(options.workers, WORLD_SEED, WORLD_REPETITIONS)
-    return [replace(cell, name='simulated_cell'), model_of(Options())]
+    return [replace(cell, name='simulated_cell'), model_of(ReproductionOptions())]
 
 
-def _explored(model: RobotModel, seeds: int) -> World:
+def _explored(model: RobotModel, seeds: int) -> ExploredWorld:
     world = world_of(model)
-    curves = [curve for way in Way for curve in exploration(world, way, seeds)]
-    return World(f'{model.label}{_trials(model)}', float(help_rate(world, world)), curves)
+    curves = [
+        curve for policy in ExplorationStrategy for curve in exploration(world, policy, seeds)
+    ]
+    return ExploredWorld(f'{model.label}{_trials(model)}', float(help_rate(world, world)), curves)
 
 
 def _trials(model: RobotModel) -> str:
     return f' ({sum(known.trials for known in model.objects.values())} trials)'
 
 
-def _document(world: World) -> dict[str, Any]:
+def _document(world: ExploredWorld) -> dict[str, Any]:
     return {
         'world': world.name,
         'world_known': world.known,
@@ -82,16 +90,16 @@ def _document(world: World) -> dict[str, Any]:
     }
 
 
-def _row(curve: Curve) -> dict[str, Any]:
+def _row(curve: HelpRateCurve) -> dict[str, Any]:
     return {
-        'policy': curve.way.value,
+        'policy': curve.policy.value,
         'estimate': curve.estimate,
         'help_rate': curve.mean.tolist(),
         'standard_error': curve.error.tolist(),
     }
 
 
-def _text(title: str, known: float, curves: list[Curve]) -> str:
+def _text(title: str, known: float, curves: list[HelpRateCurve]) -> str:
     lines = [
         'Help rate, %, after learning and acting up to 3 times (standard error in brackets).',
         f'{title}. Knowing the world: {100 * known:.2f} %.',
@@ -102,7 +110,7 @@ def _text(title: str, known: float, curves: list[Curve]) -> str:
             f'{100 * m:6.2f} ({100 * e:.2f})' for m, e in zip(curve.mean, curve.error, strict=True)
         )
         lines.append(
-            f'{curve.way.value:18}{curve.estimate:20}' + ''.join(map('{:>13}'.format, cells))
+            f'{curve.policy.value:18}{curve.estimate:20}' + ''.join(map('{:>13}'.format, cells))
         )
     return '\n'.join(lines)
 

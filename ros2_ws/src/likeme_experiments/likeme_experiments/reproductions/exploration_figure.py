@@ -5,20 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from likeme_experiments.evaluation.exploration import Curve, Way
+from likeme_experiments.evaluation.exploration import ExplorationStrategy, HelpRateCurve
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = {Way.UNIFORM: 'tab:gray', Way.SYSTEMATIC: 'tab:blue', Way.INFORMATION_GAIN: 'tab:red'}
+_COLOURS = {
+    ExplorationStrategy.UNIFORM: 'tab:gray',
+    ExplorationStrategy.SYSTEMATIC: 'tab:blue',
+    ExplorationStrategy.INFORMATION_GAIN: 'tab:red',
+}
 _DASHES = {'maximum likelihood': ':', 'Dirichlet': '--', 'shared prior': '-'}
 
 
 def curves_figure(
-    worlds: Mapping[str, tuple[Sequence[Curve], float]], trials: Sequence[int]
+    worlds: Mapping[str, tuple[Sequence[HelpRateCurve], float]], trials: Sequence[int]
 ) -> Figure:
-    """A panel for each world, by its title: its curves, and the help rate of who knows it."""
+    """A panel for each world, by its title: its curves, and the help rate in a known world."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(7.5 * len(worlds), 4.5), layout='constrained')
@@ -31,7 +35,7 @@ def curves_figure(
 
 
 def _panel(
-    axes: Axes, title: str, trials: Sequence[int], curves: Sequence[Curve], known: float
+    axes: Axes, title: str, trials: Sequence[int], curves: Sequence[HelpRateCurve], known: float
 ) -> None:
     """One curve for each policy (colour) and estimate (dashes), with standard errors."""
     for curve in curves:
@@ -39,9 +43,9 @@ def _panel(
             trials,
             100 * curve.mean,
             yerr=100 * curve.error,
-            color=_COLOURS[curve.way],
+            color=_COLOURS[curve.policy],
             linestyle=_DASHES[curve.estimate],
-            label=f'{curve.way.value}, {curve.estimate}',
+            label=f'{curve.policy.value}, {curve.estimate}',
         )
     axes.axhline(100 * known, color='black', linewidth=0.8, label='knowing the world')
     axes.set(xlabel='trials in all', title=f'World: {title}')

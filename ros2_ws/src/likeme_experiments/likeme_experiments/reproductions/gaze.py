@@ -1,4 +1,4 @@
-"""Figures 4 and 5: what gaze following infers, and how far from the truth it is."""
+"""Figures 4 and 5: goals inferred by gaze following, and errors of the three inferences."""
 
 from __future__ import annotations
 
@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 
 from likeme_experiments.evaluation.gaze_accuracy import GazeErrors, gaze_accuracy
 from likeme_experiments.evaluation.gaze_scene import GazeScene, gaze_scene
-from likeme_experiments.reproductions.report import Options, Report, Reproduction
+from likeme_experiments.reproductions.report import (
+    Reproduction,
+    ReproductionOptions,
+    ReproductionReport,
+)
 from likeme_gaze.simulation import DEGREE
 
 SEEDS = 6
 #: Median and 90th percentile after five observations, degrees: the authors' code, as shipped and
-#: with its gradient mended and a noise floor, six seeds under Octave. The paper draws histograms.
+#: with its gradient corrected and a noise floor; six seeds, Octave. The paper draws histograms.
 AUTHORS_CODE = {
     'forward': ((1.77, 4.88), (1.49, 3.86)),
     'reverse': ((2.49, 6.91), (2.32, 6.08)),
@@ -24,7 +28,7 @@ AUTHORS_CODE = {
 }
 
 
-def figure_4(options: Options) -> Report:
+def figure_4(options: ReproductionOptions) -> ReproductionReport:
     """Agent, mentor and inferred goals, as in Fig 4."""
     scenes = [gaze_scene(seed) for seed in range(1, (options.seeds or 1) + 1)]
     document = {
@@ -43,10 +47,10 @@ def figure_4(options: Options) -> Report:
 
         return draw_scene(scenes[0])
 
-    return Report(document, '\n'.join(lines), figure)
+    return ReproductionReport(document, '\n'.join(lines), figure)
 
 
-def figure_5(options: Options) -> Report:
+def figure_5(options: ReproductionOptions) -> ReproductionReport:
     """Errors of forward inference, reverse inference and gaze following, as in Fig 5."""
     seeds = range(1, (options.seeds or SEEDS) + 1)
     with ProcessPoolExecutor(options.workers or 1) as pool:
@@ -70,7 +74,7 @@ def figure_5(options: Options) -> Report:
 
         return draw_histograms(errors)
 
-    return Report(document, _accuracy_table(pooled, len(errors)), figure)
+    return ReproductionReport(document, _accuracy_table(pooled, len(errors)), figure)
 
 
 def summary(errors: Sequence[GazeErrors]) -> dict[str, Any]:
@@ -105,7 +109,7 @@ def spread(error: NDArray[np.float64]) -> dict[str, float]:
 def _accuracy_table(pooled: dict[str, Any], seeds: int) -> str:
     lines = [
         f'|error| in degrees, {seeds} seeds x 375 goals, 200 training points.',
-        f'{"":12}{"observations":14}{"median":>8}{"p90":>8}{"RMS":>8}   authors code, mended',
+        f'{"":12}{"observations":14}{"median":>8}{"p90":>8}{"RMS":>8}   authors code, corrected',
     ]
     rows = [('forward', '-', pooled['forward'])]
     for name in ('reverse', 'following'):

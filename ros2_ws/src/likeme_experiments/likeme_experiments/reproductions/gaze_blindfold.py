@@ -1,4 +1,4 @@
-"""Figure 6: whether agents follow the gaze of a blindfolded mentor, by what they experienced."""
+"""Figure 6: gaze following of a blindfolded mentor, by the agents' own experience."""
 
 from __future__ import annotations
 
@@ -9,6 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_experiments.evaluation.blindfold_detection import (
+    DETECTION_POINTS,
+    blindfold_probabilities,
+    detection_correct,
+)
 from likeme_experiments.evaluation.blindfold_groups import (
     GROUPS,
     differs_from_zero,
@@ -16,23 +21,22 @@ from likeme_experiments.evaluation.blindfold_groups import (
     group_score,
     group_turns,
 )
-from likeme_experiments.evaluation.blindfold_told import (
-    TELLING_POINTS,
-    agent_tells,
-    told_right,
+from likeme_experiments.reproductions.report import (
+    Reproduction,
+    ReproductionOptions,
+    ReproductionReport,
 )
-from likeme_experiments.reproductions.report import Options, Report, Reproduction
 from likeme_gaze.blindfold import EXECUTIONS, POINTS, THRESHOLDS, TRIALS, InfantGroup
 from likeme_gaze.simulation import DEGREE
 
 #: Twenty agents in each of the paper's three groups.
 AGENTS = 20
-#: Mean looking scores of the authors' code at 30 degrees, as shipped and mended.
+#: Mean looking scores of the authors' code at 30 degrees, as shipped and corrected.
 AUTHORS_CODE = {'baseline': (2.08, 3.40), 'windowed': (2.14, 3.67), 'opaque': (0.00, 0.05)}
 
 
-def figure_6(options: Options) -> Report:
-    """Looking scores of the paper's three groups and of the older infants it tells of."""
+def figure_6(options: ReproductionOptions) -> ReproductionReport:
+    """Looking scores of the paper's three groups and of the older infants it mentions."""
     seeds = range(1, (options.seeds or 1) + 1)
     turned = {group.name: all_turns(group, seeds, options.workers or 1) for group in GROUPS}
     following = np.concatenate([turned['baseline'], turned['windowed']])
@@ -46,7 +50,7 @@ def figure_6(options: Options) -> Report:
         'p_baseline_and_windowed_above_opaque': follows_more(following, turned['opaque']),
         'p_opaque_differs_from_0': differs_from_zero(turned['opaque']),
         'authors_code_at_30_deg': AUTHORS_CODE,
-        'told_by_movements': told_by_movements(seeds, options.workers or 1),
+        'told_by_movements': detected_by_movements(seeds, options.workers or 1),
     }
 
     def figure() -> Any:
@@ -54,7 +58,7 @@ def figure_6(options: Options) -> Report:
 
         return draw_scores(document)
 
-    return Report(document, _table(document), figure)
+    return ReproductionReport(document, _table(document), figure)
 
 
 def all_turns(group: InfantGroup, seeds: range, workers: int) -> NDArray[np.float64]:
@@ -63,14 +67,16 @@ def all_turns(group: InfantGroup, seeds: range, workers: int) -> NDArray[np.floa
         return np.concatenate(list(pool.map(group_turns, seeds, repeat(group), repeat(AGENTS))))
 
 
-def told_by_movements(seeds: range, workers: int) -> dict[str, Any]:
-    """How often AGENTS agents for every seed tell blindfolded mentors from others."""
+def detected_by_movements(seeds: range, workers: int) -> dict[str, Any]:
+    """How often AGENTS agents for every seed detect whether a mentor is blindfolded."""
     each = [(seed, agent) for seed in seeds for agent in range(AGENTS)]
     with ProcessPoolExecutor(workers) as pool:
-        right = told_right(np.array(list(pool.map(agent_tells, *zip(*each, strict=True)))))
+        right = detection_correct(
+            np.array(list(pool.map(blindfold_probabilities, *zip(*each, strict=True))))
+        )
     share = right.mean(axis=(0, 3))
     return {
-        'training_points': TELLING_POINTS,
+        'training_points': DETECTION_POINTS,
         'mentors_of_each_kind': right[:, 0, 0].size,
         'right_after_each_movement': share.mean(axis=1).tolist(),
         'right_of_seeing': share[:, 0].tolist(),
@@ -96,7 +102,7 @@ def _table(document: dict[str, Any]) -> str:
     lines = [
         f'Looking score (-{TRIALS} to {TRIALS}), mean and standard error, '
         f'{document["agents_per_group"]} agents a group.',
-        f'{"group":24}{"30 deg":>14}{"35 deg":>14}   infants   authors code, mended',
+        f'{"group":24}{"30 deg":>14}{"35 deg":>14}   infants   authors code, corrected',
     ]
     for entry in document['groups']:
         cells = [f'{s["mean"]:.2f} +- {s["standard_error"]:.2f}' for s in entry['scores'].values()]
@@ -109,12 +115,12 @@ def _table(document: dict[str, Any]) -> str:
         f'{document["p_baseline_and_windowed_above_opaque"]:.1e}; '
         f'opaque differs from 0: p = {document["p_opaque_differs_from_0"]:.2f}'
     )
-    told = document['told_by_movements']
-    shares = ', '.join(f'{100 * share:.0f}' for share in told['right_after_each_movement'])
+    detected = document['told_by_movements']
+    shares = ', '.join(f'{100 * share:.0f}' for share in detected['right_after_each_movement'])
     lines.append(
         f'by movements alone, who is blindfolded: {shares} % right after 1 to {EXECUTIONS} '
-        f'movements ({2 * told["mentors_of_each_kind"]} mentors; agents of '
-        f'{told["training_points"]} movements)'
+        f'movements ({2 * detected["mentors_of_each_kind"]} mentors; agents of '
+        f'{detected["training_points"]} movements)'
     )
     return '\n'.join(lines)
 

@@ -25,7 +25,7 @@ def draw_scores(document: Mapping[str, Any]) -> Figure:
         1, 2, figsize=(10.5, 4.2), sharey=True, layout='constrained'
     )
     _bars(left, groups[:3], '12 months, by self-experience (Fig 6)')
-    _bars(right, groups[3:], '18 months (told in the paper)')
+    _bars(right, groups[3:], '18 months (mentioned in the paper)')
     left.set_ylabel(f'looking score of {document["agents_per_group"]} agents')
     left.set_ylim(-0.9, 4.4)
     right.legend(title='turn of at least', loc='upper left', fontsize=9, framealpha=1)

@@ -1,12 +1,12 @@
-"""Which robot's experience a reproduction is computed from."""
+"""The robot model from which a reproduction is computed."""
 
 from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
 
-from likeme_experiments.learning.store_commands import is_sqlite
-from likeme_experiments.reproductions.report import Options
+from likeme_experiments.learning.store_location import is_sqlite
+from likeme_experiments.reproductions.report import ReproductionOptions
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import robot_model
 from likeme_inference.experience.store import ExperienceStore
@@ -16,11 +16,11 @@ from likeme_inference.tabletop.robot_model import RobotModel
 LEARNED = 'learned'
 
 
-def model_of(options: Options) -> RobotModel:
+def model_of(options: ReproductionOptions) -> RobotModel:
     """The model an option names; `shipped`, the default, is the paper's own robot.
 
     Raises:
-        ValueError, OSError: it cannot be read, or learned, or knows no object.
+        ValueError, OSError: it cannot be read or learned, or has no object.
     """
     if options.model in (None, 'shipped'):
         return model_file.shipped()

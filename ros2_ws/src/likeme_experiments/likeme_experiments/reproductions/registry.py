@@ -1,4 +1,4 @@
-"""Every name `reproduce.sh` knows, in the order `all` runs them."""
+"""The names of `reproduce.sh`, in the order of `all`."""
 
 from __future__ import annotations
 

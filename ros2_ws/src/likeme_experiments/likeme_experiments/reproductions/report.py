@@ -1,4 +1,4 @@
-"""How every reproduction speaks: a JSON document, a table for people, a figure."""
+"""The parts of every reproduction: a JSON document, a text table, a figure."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Options:
-    """What a caller may choose; None: the reproduction's own default.
+class ReproductionOptions:
+    """Options of a reproduction; None: its own default.
 
     Attributes:
-        seeds: how many independent repetitions.
+        seeds: number of independent repetitions.
         model: `shipped`, `learned`, or the path of a model file or an experience store.
         workers: processes to spread the work over.
     """
@@ -26,17 +26,17 @@ class Options:
     workers: int | None = None
 
     def given(self) -> tuple[str, ...]:
-        """Names of the options that were chosen."""
+        """Names of the options that are set."""
         return tuple(name for name, value in vars(self).items() if value is not None)
 
 
-class Report(NamedTuple):
-    """What one reproduction came to.
+class ReproductionReport(NamedTuple):
+    """The result of one reproduction.
 
     Attributes:
         document: JSON-ready; all numbers.
-        text: the table a person reads, the paper's values beside ours.
-        figure: draws it as the paper does; None where there is nothing to draw.
+        text: a table with the paper's values beside the computed ones.
+        figure: draws the figure; None if there is none.
     """
 
     document: Mapping[str, Any]
@@ -50,17 +50,17 @@ class Reproduction(NamedTuple):
     Attributes:
         about: one line for the list.
         report: computes it.
-        takes: names of the Options it uses; others are refused.
-        in_all: whether `all` runs it, too; not what takes much longer than the others.
+        takes: names of the options it uses; others are refused.
+        in_all: whether `all` includes it; False for long computations.
     """
 
     about: str
-    report: Callable[[Options], Report]
+    report: Callable[[ReproductionOptions], ReproductionReport]
     takes: frozenset[str] = frozenset()
     in_all: bool = True
 
 
-def save_figure(report: Report, folder: Path, name: str) -> list[Path]:
+def save_figure(report: ReproductionReport, folder: Path, name: str) -> list[Path]:
     """Write NAME.png and NAME.svg into a folder; returns their paths, none without a figure."""
     if report.figure is None:
         return []

@@ -1,4 +1,4 @@
-"""Table 1, Fig 7, Fig 8, and what the paper leaves open: acting more than once, practice."""
+"""Table 1, Fig 7, Fig 8, several actions, and goal-based exploration."""
 
 from __future__ import annotations
 
@@ -8,23 +8,27 @@ from typing import Any
 import numpy as np
 
 from likeme_core.tabletop import Action, Manner, State
-from likeme_experiments.evaluation.fig7 import Bars, fig7
-from likeme_experiments.evaluation.fig8 import Case, fig8
+from likeme_experiments.evaluation.fig7 import TransitionBars, fig7
+from likeme_experiments.evaluation.fig8 import Fig8Column, fig8
 from likeme_experiments.evaluation.practice import practice
-from likeme_experiments.evaluation.sequential import Row, sequential
+from likeme_experiments.evaluation.sequential import SequentialRow, sequential
 from likeme_experiments.evaluation.table1 import MISPRINT, MODES, PAPER, Table1, table1
 from likeme_experiments.reproductions import tabletop_figures as figures
 from likeme_experiments.reproductions.models import model_of
-from likeme_experiments.reproductions.report import Options, Report, Reproduction
+from likeme_experiments.reproductions.report import (
+    Reproduction,
+    ReproductionOptions,
+    ReproductionReport,
+)
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.robot_model import RobotModel
 
 THRESHOLD = 0.5
-#: Options of every reproduction here; workers make the trials of `--model learned`.
+#: Options of every reproduction of this file; workers are for `--model learned`.
 TAKES = frozenset({'model', 'workers'})
 
 
-def report_table1(options: Options) -> Report:
+def report_table1(options: ReproductionOptions) -> ReproductionReport:
     """Table 1."""
     model = model_of(options)
     result = table1(model, THRESHOLD)
@@ -39,7 +43,9 @@ def report_table1(options: Options) -> Report:
         for o, name in enumerate(result.objects)
     ]
     document = {'model': model.label, 'threshold': THRESHOLD, 'rows': rows}
-    return Report(document, _table1_text(model, result), lambda: figures.table1(result))
+    return ReproductionReport(
+        document, _table1_text(model, result), lambda: figures.table1(result)
+    )
 
 
 def _printed(manner: Manner, name: str) -> dict[str, float] | None:
@@ -67,18 +73,18 @@ def _table1_text(model: RobotModel, result: Table1) -> str:
     lines.append(f'{agree} of {printed} cells as printed.')
     if model.label != model_file.shipped().label:
         if agree < printed:
-            lines.append('* another robot, another number.')
+            lines.append('* another robot.')
     else:
         manner, name, mode = MISPRINT
         lines.append(
             f'* {name}, {manner.name.lower()}, {mode}: a misprint. The mode does not depend on '
-            'how the human acted, and the place row, with the same numbers behind it, says 0.8250.'
+            'the manner of the demonstration, and the place row of the same model is 0.8250.'
         )
     return '\n'.join(lines)
 
 
-def report_fig7(options: Options) -> Report:
-    """Fig 7; another robot of the same objects beside the paper's."""
+def report_fig7(options: ReproductionOptions) -> ReproductionReport:
+    """Fig 7; another robot with the same objects is shown beside the paper's."""
     model, papers = model_of(options), model_file.shipped()
     series = {model.label: fig7(model)}
     if set(model.objects) == set(papers.objects):
@@ -91,19 +97,19 @@ def report_fig7(options: Options) -> Report:
     others = [label for label in series if label != model.label]
     if others:
         document['beside'] = {'model': others[0], 'rows': _fig7_rows(series[others[0]])}
-    return Report(document, _fig7_text(series), lambda: figures.fig7(series))
+    return ReproductionReport(document, _fig7_text(series), lambda: figures.fig7(series))
 
 
-def _fig7_rows(bars: list[Bars]) -> list[dict[str, Any]]:
+def _fig7_rows(bars: list[TransitionBars]) -> list[dict[str, Any]]:
     return [bar._asdict() | {'x_i': bar.x_i.name, 'action': bar.action.name} for bar in bars]
 
 
-def _fig7_text(series: dict[str, list[Bars]]) -> str:
+def _fig7_text(series: dict[str, list[TransitionBars]]) -> str:
     (label, bars), *others = series.items()
     beside = {(b.object, b.x_i, b.action): b for _, known in others for b in known}
-    who = ''.join(f'; in brackets {name}' for name, _ in others)
+    brackets = ''.join(f'; in brackets {name}' for name, _ in others)
     lines = [
-        f'Fig 7: p(X_f | X_i, A) of {label}, with 95 % credible bounds{who}.',
+        f'Fig 7: p(X_f | X_i, A) of {label}, with 95 % credible bounds{brackets}.',
         f'{"object":10}{"x_i":8}{"action":16}{"trials":>6}'
         + ''.join(f'{state.name:>{27 if others else 20}}' for state in State),
     ]
@@ -120,7 +126,7 @@ def _fig7_text(series: dict[str, list[Bars]]) -> str:
     return '\n'.join(lines)
 
 
-def report_fig8(options: Options) -> Report:
+def report_fig8(options: ReproductionOptions) -> ReproductionReport:
     """Fig 8."""
     model = model_of(options)
     cases = fig8(model, THRESHOLD)
@@ -131,10 +137,12 @@ def report_fig8(options: Options) -> Report:
         'actions': [action.name for action in Action],
         'rows': [_case(case) for case in cases],
     }
-    return Report(document, _fig8_text(model, cases), lambda: figures.fig8(cases, THRESHOLD))
+    return ReproductionReport(
+        document, _fig8_text(model, cases), lambda: figures.fig8(cases, THRESHOLD)
+    )
 
 
-def _case(case: Case) -> dict[str, Any]:
+def _case(case: Fig8Column) -> dict[str, Any]:
     return {
         'object': case.object,
         'x_i': case.x_i.name,
@@ -149,7 +157,7 @@ def _case(case: Case) -> dict[str, Any]:
     }
 
 
-def _fig8_text(model: RobotModel, cases: list[Case]) -> str:
+def _fig8_text(model: RobotModel, cases: list[Fig8Column]) -> str:
     lines = [
         f'Fig 8: goals, actions and predictions by {model.label}; the paper: the true goal is the '
         'MAP goal',
@@ -173,8 +181,8 @@ def _fig8_text(model: RobotModel, cases: list[Case]) -> str:
     return '\n'.join(lines)
 
 
-def report_sequential(options: Options) -> Report:
-    """Acting more than once."""
+def report_sequential(options: ReproductionOptions) -> ReproductionReport:
+    """Several actions, with a look after each."""
     model = model_of(options)
     rows = sequential(model, threshold=THRESHOLD)
     document = {
@@ -182,13 +190,16 @@ def report_sequential(options: Options) -> Report:
         'threshold': THRESHOLD,
         'rows': [row._asdict() for row in rows],
     }
-    return Report(document, _sequential_text(model, rows), lambda: figures.sequential(rows))
+    return ReproductionReport(
+        document, _sequential_text(model, rows), lambda: figures.sequential(rows)
+    )
 
 
-def _sequential_text(model: RobotModel, rows: list[Row]) -> str:
+def _sequential_text(model: RobotModel, rows: list[SequentialRow]) -> str:
     lines = [
-        f'Look, act, look again: exact values by {model.label}, averaged over four changes.',
-        'Help: asked once the actions are spent, and the human always succeeds.',
+        f'Several actions, with a look after each: exact values by {model.label}, averaged over '
+        'four changes.',
+        'With help: the robot asks after its last action, and the human always succeeds.',
         f'{"actions":>7}  {"object":10}{"success":>9}{"help rate":>11}{"with help":>11}'
         f'{"help rate if asking below " + format(THRESHOLD, ".2f"):>32}',
     ]
@@ -205,13 +216,13 @@ def _sequential_line(actions: str, name: str, values: Any) -> str:
     return f'{actions:>7}  {name:10}{success:9.4f}{asked:11.4f}{helped:11.4f}{early:32.4f}'
 
 
-def report_practice(options: Options) -> Report:
-    """Goal-based exploration and its limit."""
+def report_practice(options: ReproductionOptions) -> ReproductionReport:
+    """Convergence of goal-based exploration."""
     model = model_of(options)
     result = practice(model, seeds=options.seeds or 20)
     shown = [0, 10, 30, 100, 300, 1000]
     lines = [
-        'Goal-based exploration: how far P(A | g, x_i) is from its limit after so many rounds',
+        'Goal-based exploration: distance of P(A | g, x_i) from its limit by rounds',
         f'(total variation, mean over {len(model.objects)} objects and four changes; in brackets '
         'that of the mean policy).',
         f'{"step":>6}' + ''.join(f'{n:>18}' for n in shown),
@@ -226,18 +237,18 @@ def report_practice(options: Options) -> Report:
         'distance': result.distance[:, shown].tolist(),
         'distance_of_mean': result.of_mean[:, shown].tolist(),
     }
-    return Report(document, '\n'.join(lines), lambda: figures.practice(result))
+    return ReproductionReport(document, '\n'.join(lines), lambda: figures.practice(result))
 
 
 REPRODUCTIONS = {
-    'table1': Reproduction('Table 1: success of three ways to imitate', report_table1, TAKES),
+    'table1': Reproduction(
+        'Table 1: success of three approaches to imitation', report_table1, TAKES
+    ),
     'fig7': Reproduction('Fig 7: the learned transitions', report_fig7, TAKES),
     'fig8': Reproduction('Fig 8: goals, actions, predictions', report_fig8, TAKES),
-    'sequential': Reproduction(
-        'Acting more than once (beyond the paper)', report_sequential, TAKES
-    ),
+    'sequential': Reproduction('Several actions (beyond the paper)', report_sequential, TAKES),
     'practice': Reproduction(
-        'Goal-based exploration and where it converges (Methods)',
+        'Convergence of goal-based exploration (Methods)',
         report_practice,
         TAKES | {'seeds'},
     ),

@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 
 from likeme_core.tabletop import Action, Manner, State
 from likeme_experiments.evaluation.demonstrations import CHANGES
-from likeme_experiments.evaluation.fig7 import Bars
-from likeme_experiments.evaluation.fig8 import Case
+from likeme_experiments.evaluation.fig7 import TransitionBars
+from likeme_experiments.evaluation.fig8 import Fig8Column
 from likeme_experiments.evaluation.practice import Convergence
-from likeme_experiments.evaluation.sequential import Row
+from likeme_experiments.evaluation.sequential import SequentialRow
 from likeme_experiments.evaluation.table1 import MODES, PAPER, Table1
 from likeme_inference.tabletop.domain import OUT_OF_REACH
 
-#: Of LEFT, RIGHT and OFFTABLE; told apart by those who see no red and green, too.
+#: Of LEFT, RIGHT and OFFTABLE; distinct for colour-blind readers.
 COLOURS = ('#4477aa', '#ee8866', '#999999')
 SHORT = dict(zip(Action, ('PL', 'PR', 'PO', 'UL', 'UR', 'UO'), strict=True))
 MODE_NAMES = ('Trajectory', 'Goal-Based', 'Interactive\nGoal-Based')
@@ -73,10 +73,10 @@ def _style_table1(drawn: object, result: Table1) -> None:
             line += 1
 
 
-def fig7(series: Mapping[str, Sequence[Bars]]) -> Figure:
+def fig7(series: Mapping[str, Sequence[TransitionBars]]) -> Figure:
     """Objects by initial states; for each action three bars, one a final state.
 
-    series: name of a robot -> its bars; several robots stand beside each other.
+    series: name of a robot -> its bars; several robots are drawn side by side.
     """
     every = [bar for bars in series.values() for bar in bars]
     objects = list(dict.fromkeys(bar.object for bar in every))
@@ -100,7 +100,7 @@ def fig7(series: Mapping[str, Sequence[Bars]]) -> Figure:
     return figure
 
 
-def _transition_bars(axes: Axes, shown: Sequence[Bars]) -> None:
+def _transition_bars(axes: Axes, shown: Sequence[TransitionBars]) -> None:
     places = np.arange(len(shown))
     for state in State:
         p = np.array([bar.probability[state] for bar in shown])
@@ -117,11 +117,11 @@ def _transition_bars(axes: Axes, shown: Sequence[Bars]) -> None:
     _bare(axes)
 
 
-def fig8(cases: Sequence[Case], threshold: float) -> Figure:
+def fig8(cases: Sequence[Fig8Column], threshold: float) -> Figure:
     """Three blocks of objects by changes: goals, actions, predictions."""
     figure = Figure(figsize=(9.5, 13.5), layout='constrained')
     blocks: Any = figure.subfigures(3, 1, hspace=0.04, height_ratios=(1, 1.05, 0.9))
-    drawn: tuple[tuple[str, Callable[[Axes, Case], None]], ...] = (
+    drawn: tuple[tuple[str, Callable[[Axes, Fig8Column], None]], ...] = (
         ('(a) Most likely goals  $P(G\\,|\\,x_i, x_f)$', _goal_bars),
         ('(b) Inferring actions  $P(A\\,|\\,x_i, g)$', _action_bars),
         (
@@ -146,13 +146,13 @@ def fig8(cases: Sequence[Case], threshold: float) -> Figure:
     return figure
 
 
-def _goal_bars(axes: Axes, case: Case) -> None:
+def _goal_bars(axes: Axes, case: Fig8Column) -> None:
     axes.bar(range(len(State)), case.goal_posterior, 0.6, color=COLOURS)
     axes.text(case.x_f, case.goal_posterior[case.x_f], '*', ha='center', fontsize=14)
     axes.set_xticks(range(len(State)), ['L', 'R', 'O'])
 
 
-def _action_bars(axes: Axes, case: Case) -> None:
+def _action_bars(axes: Axes, case: Fig8Column) -> None:
     colours = [COLOURS[action.target] for action in Action]
     axes.bar(range(len(Action)), case.action_posterior, 0.7, color=colours)
     if case.action is not None:
@@ -161,7 +161,7 @@ def _action_bars(axes: Axes, case: Case) -> None:
     axes.set_xticks(range(len(Action)), list(SHORT.values()), fontsize=8)
 
 
-def _prediction_bar(axes: Axes, case: Case, threshold: float) -> None:
+def _prediction_bar(axes: Axes, case: Fig8Column, threshold: float) -> None:
     if case.action is not None:
         axes.bar([0], [case.predicted_success], 0.5, color=COLOURS[case.goal])
         asks = '  asks' if case.asks else ''
@@ -171,8 +171,8 @@ def _prediction_bar(axes: Axes, case: Case, threshold: float) -> None:
     axes.set_xlim(-0.6, 1.0)
 
 
-def sequential(rows: Sequence[Row]) -> Figure:
-    """Success without asking against the number of actions, object by object."""
+def sequential(rows: Sequence[SequentialRow]) -> Figure:
+    """Success without asking against the number of actions, by object."""
     figure = Figure(figsize=(6.2, 4.0), layout='constrained')
     axes = figure.subplots()
     budgets = list(dict.fromkeys(row.actions for row in rows))
@@ -192,7 +192,7 @@ def sequential(rows: Sequence[Row]) -> Figure:
 
 
 def practice(result: Convergence) -> Figure:
-    """Distance from the limit against rounds; dashed what is left of it in the mean."""
+    """Distance from the limit against rounds; dashed: of the mean policy."""
     figure = Figure(figsize=(6.2, 4.0), layout='constrained')
     axes = figure.subplots()
     for step, gap, mean_gap, colour in zip(

@@ -1,4 +1,4 @@
-"""The simulated mentor of gaze.sh as a node: shows trials to a gaze node, hears its answers."""
+"""The simulated mentor of gaze.sh: publishes head poses, receives the gaze node's answers."""
 
 from __future__ import annotations
 
@@ -15,48 +15,54 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from likeme_core.interrupt import deferred_interrupt
+from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_experiments.gaze_trials import Reply, Scene, Trial, scene_from
+from likeme_experiments.evaluation.mentor_trials import (
+    GazeTrial,
+    MentorScene,
+    RobotResponse,
+    scene_from,
+)
 from likeme_gaze import Gaussian, Pose2
 from likeme_msgs.msg import FixationDistance
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 GAZE_NODE = 'gaze_node'
-#: Of the mentor's eyes, m.
+#: Height of the mentor's eyes, m.
 EYE_HEIGHT = 1.2
-#: s to wait for a node that should be there, for one that is starting, for an answer, and for
-#: parameters that have it learn anew.
-PATIENCE, START_PATIENCE, ANSWER_PATIENCE, LEARN_PATIENCE = 8.0, 60.0, 10.0, 60.0
-GLANCE = 0.05
+#: s to wait for a running gaze node, and for one that is being started.
+DISCOVERY_TIMEOUT, START_TIMEOUT = 8.0, 60.0
+#: s to wait for the parameters and the answers to a head pose; to new parameters, which may make
+#: the node learn again.
+PARAMETER_TIMEOUT, ANSWER_TIMEOUT, LEARN_TIMEOUT = 8.0, 10.0, 60.0
+POLL_PERIOD = 0.05
 
 
 class GazeNodeError(Exception):
-    """The gaze node is not there, or does not answer as it should."""
+    """The gaze node is missing, or does not answer as expected."""
 
 
 class MentorNode(Node):
-    """Shows a gaze node one trial after the other.
+    """Runs trials with a gaze node, one after another.
 
     Publishes: mentor/head_pose/start, mentor/head_pose, mentor/fixation_distance.
     Subscribes: mentor/goal, head_command, gaze_markers.
     Calls: gaze_node's parameter services.
     """
 
-    def __init__(self, partner: str, alive: Callable[[], None]) -> None:
-        """`partner` is the gaze node's name; `alive` raises once it is known to have ended."""
+    def __init__(self, gaze_node: str, between_spins: Callable[[], None]) -> None:
+        """gaze_node: its name. between_spins: called repeatedly while waiting; may raise."""
         super().__init__('gaze_mentor', start_parameter_services=False)
-        self._partner, self._alive = partner, alive
+        self._gaze_node, self._between_spins = gaze_node, between_spins
         self._goals: dict[int, PoseWithCovarianceStamped] = {}
         self._commands: dict[int, JointTrajectory] = {}
-        self._drawn: set[int] = set()
+        self._marker_stamps: set[int] = set()
         self._stamp = 0
-        self._parameters = AsyncParameterClient(self, partner)
+        self._parameter_client = AsyncParameterClient(self, gaze_node)
         self._start_pub = self.create_publisher(PoseStamped, 'mentor/head_pose/start', 10)
         self._pose_pub = self.create_publisher(PoseStamped, 'mentor/head_pose', 10)
         self._distance_pub = self.create_publisher(
@@ -72,78 +78,80 @@ class MentorNode(Node):
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 
-    def wait_until_ready(self, patience: float) -> None:
-        """Return when the gaze node is there, and all its topics are connected."""
-        asked = (self._start_pub, self._pose_pub, self._distance_pub)
+    def wait_until_ready(self, timeout: float) -> None:
+        """Return when all topics and the parameter services of the gaze node are connected."""
+        publishers = (self._start_pub, self._pose_pub, self._distance_pub)
 
         def connected() -> bool:
-            heard = all(p.get_subscription_count() for p in asked)
-            answered = all(s.get_publisher_count() for s in self._answers)
-            return heard and answered and self._parameters.services_are_ready()
+            subscribed = all(p.get_subscription_count() for p in publishers)
+            published = all(s.get_publisher_count() for s in self._answers)
+            return subscribed and published and self._parameter_client.services_are_ready()
 
-        self._until(connected, patience, f'{self._partner} on {self._domain}')
+        self._until(connected, timeout, f'{self._gaze_node} on {self._domain}')
 
-    def scene(self) -> Scene:
-        """Ask the gaze node where it and the mentor are."""
+    def scene(self) -> MentorScene:
+        """Where robot and mentor are, by the gaze node's parameters."""
         names = ('base_frame', 'robot_head', 'mentor_pose', 'observations')
-        told = self.parameters(names)
-        return scene_from(*(told[name] for name in names))
+        values = self.gaze_parameters(names)
+        return scene_from(*(values[name] for name in names))
 
-    def parameters(self, names: tuple[str, ...]) -> dict[str, Any]:
+    def gaze_parameters(self, names: tuple[str, ...]) -> dict[str, Any]:
         """Values of parameters of the gaze node."""
-        future = self._parameters.get_parameters(list(names))
-        self._until(future.done, PATIENCE, "the gaze node's parameters")
+        future = self._parameter_client.get_parameters(list(names))
+        self._until(future.done, PARAMETER_TIMEOUT, "the gaze node's parameters")
         values = [parameter_value_to_python(value) for value in future.result().values]
         return dict(zip(names, values, strict=True))
 
-    def set_parameters(self, values: Mapping[str, Any]) -> None:
-        """Set parameters of the gaze node; what makes it learn anew takes a second or more."""
+    def set_gaze_parameters(self, values: Mapping[str, Any]) -> None:
+        """Set parameters of the gaze node; learning again takes it a second or more."""
         wanted = [Parameter(name, value=value) for name, value in values.items()]
-        future = self._parameters.set_parameters_atomically(wanted)
-        self._until(future.done, LEARN_PATIENCE, 'an answer to new parameters')
+        future = self._parameter_client.set_parameters_atomically(wanted)
+        self._until(future.done, LEARN_TIMEOUT, 'an answer to new parameters')
         result = future.result().result
         if not result.successful:
             raise GazeNodeError(f'The gaze node refuses {dict(values)}: {result.reason}')
 
     @contextmanager
     def parameters_set(self, values: Mapping[str, Any]) -> Iterator[None]:
-        """Set parameters, and set them back at the end if the gaze node is still there."""
-        before = self.parameters(tuple(values))
+        """Set parameters, and restore them at the end if the gaze node is still running."""
+        before = self.gaze_parameters(tuple(values))
         changed = {name: value for name, value in values.items() if before[name] != value}
         if changed:
-            self.set_parameters(changed)
+            self.set_gaze_parameters(changed)
         try:
             yield
         finally:
-            if changed and self._parameters.services_are_ready():
-                self.set_parameters({name: before[name] for name in changed})
+            if changed and self._parameter_client.services_are_ready():
+                self.set_gaze_parameters({name: before[name] for name in changed})
 
-    def show(self, scene: Scene, trial: Trial) -> Reply:
-        """Show one trial and wait for what the robot infers and does.
+    def run_trial(self, scene: MentorScene, trial: GazeTrial) -> RobotResponse:
+        """Publish one trial and wait for the inferred goal and the head command.
 
         Raises:
             GazeNodeError: no answer in time.
         """
         started = self._publish(self._start_pub, scene, trial.start)
-        # Topics are not ordered among one another: the first observation waits for the start.
-        self._until(lambda: started in self._drawn, ANSWER_PATIENCE, 'gaze_markers of the start')
+        # Messages of two topics may change order: the first observation waits for the start.
+        self._until(
+            lambda: started in self._marker_stamps, ANSWER_TIMEOUT, 'gaze_markers of the start'
+        )
         for pose, distance in trial.turns:
             stamp, goal = self._observe(scene, pose, distance)
-        command = self._until(lambda: self._commands.get(stamp), ANSWER_PATIENCE, 'a head_command')
-        return Reply(belief_of(goal), float(command.points[-1].positions[0]))
+        command = self._until(lambda: self._commands.get(stamp), ANSWER_TIMEOUT, 'a head_command')
+        return RobotResponse(belief_of(goal), float(command.points[-1].positions[0]))
 
     def _observe(
-        self, scene: Scene, pose: Pose2, distance: float
+        self, scene: MentorScene, pose: Pose2, distance: float
     ) -> tuple[int, PoseWithCovarianceStamped]:
-        """Show the head after a turn, and wait for the goal; the stamp and the goal."""
+        """Publish the head pose after a turn and wait for the goal; its stamp and the goal."""
         stamp = self._publish(self._pose_pub, scene, pose)
         measured = FixationDistance(distance=distance)
         measured.header.stamp = time_msg(stamp)
         self._distance_pub.publish(measured)
-        goal = self._until(lambda: self._goals.get(stamp), ANSWER_PATIENCE, 'a mentor/goal')
+        goal = self._until(lambda: self._goals.get(stamp), ANSWER_TIMEOUT, 'a mentor/goal')
         return stamp, goal
 
-    def _publish(self, publisher: Any, scene: Scene, pose: Pose2) -> int:
+    def _publish(self, publisher: Any, scene: MentorScene, pose: Pose2) -> int:
         """Publish a head pose with the next stamp; the stamp."""
         self._stamp = max(self._stamp + 1, int(self.get_clock().now().nanoseconds))
         msg = PoseStamped()
@@ -158,24 +166,24 @@ class MentorNode(Node):
     def _until(self, condition: Callable[[], Any], timeout: float, what: str) -> Any:
         deadline = time.monotonic() + timeout
         while not (value := condition()):
-            self._alive()
-            self._check_alone()
+            self._between_spins()
+            self._check_single_node()
             if time.monotonic() > deadline:
                 raise GazeNodeError(f'Expected {what} within {timeout:g} s, got nothing.')
-            self._executor.spin_once(timeout_sec=GLANCE)
+            self._executor.spin_once(timeout_sec=POLL_PERIOD)
         return value
 
     @property
     def _domain(self) -> str:
         return f'ROS domain {self.context.get_domain_id()}'
 
-    def _check_alone(self) -> None:
-        """Two gaze nodes would both answer. Looked at all the time: discovery takes a while."""
+    def _check_single_node(self) -> None:
+        """Two gaze nodes would both answer; checked at every spin since discovery takes time."""
         nodes = self._start_pub.get_subscription_count()
         if nodes > 1:
             raise GazeNodeError(
-                f'Expected one gaze node on {self._domain}, got {nodes}: take another domain, or '
-                'use the one that runs by --no-start.'
+                f'Expected one gaze node on {self._domain}, got {nodes}: use another domain, or '
+                'the running node by --no-start.'
             )
 
     def _on_goal(self, msg: PoseWithCovarianceStamped) -> None:
@@ -185,7 +193,7 @@ class MentorNode(Node):
         self._commands[stamp_ns(msg.header.stamp)] = msg
 
     def _on_markers(self, msg: MarkerArray) -> None:
-        self._drawn.update(stamp_ns(marker.header.stamp) for marker in msg.markers)
+        self._marker_stamps.update(stamp_ns(marker.header.stamp) for marker in msg.markers)
 
 
 def belief_of(msg: PoseWithCovarianceStamped) -> Gaussian:
@@ -196,8 +204,11 @@ def belief_of(msg: PoseWithCovarianceStamped) -> Gaussian:
 
 
 @contextmanager
-def mentor(domain: int, partner: str, alive: Callable[[], None]) -> Iterator[MentorNode]:
-    """A simulated mentor on a ROS domain; Ctrl-C raises KeyboardInterrupt, so that it can tidy."""
+def mentor(domain: int, gaze_node: str, alive: Callable[[], None]) -> Iterator[MentorNode]:
+    """A simulated mentor on a ROS domain; Ctrl-C raises KeyboardInterrupt between two spins.
+
+    alive: raises once the gaze node is known to have ended.
+    """
     rclpy.init(domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     with deferred_interrupt() as check:
 
@@ -205,7 +216,7 @@ def mentor(domain: int, partner: str, alive: Callable[[], None]) -> Iterator[Men
             check()
             alive()
 
-        node = MentorNode(partner, between_spins)
+        node = MentorNode(gaze_node, between_spins)
         try:
             yield node
         finally:

@@ -1,4 +1,4 @@
-"""A campaign in the running cell: one trial after another, each made until it counts."""
+"""A campaign in the running cell: one trial after another, each repeated until it is valid."""
 
 from __future__ import annotations
 
@@ -9,48 +9,48 @@ from contextlib import contextmanager
 from rclpy.context import Context
 
 from likeme_core.interrupt import deferred_interrupt
-from likeme_experiments.learning.managed_cell import OwnCell
-from likeme_experiments.learning.progress_display import Telling
+from likeme_experiments.learning.managed_cell import ManagedCell
 from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
+from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_experiments.ros.explorer_node import ExplorerNode
 from likeme_inference.experience.campaign import Progress
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial, TrialKey
 
-#: s to wait for a cell at the start, and for one that is started or died to come (back).
-AT_FIRST, TO_RETURN = 8.0, 60.0
-#: s between two looks whether an own cell still runs while it is waited for.
-GLANCE = 2.0
-#: Trials that may be void one after another.
-VOID = 8
+#: s to wait for a running cell at first, and for one that is being started or restarted.
+FIRST_TIMEOUT, RESTART_TIMEOUT = 8.0, 60.0
+#: s between two checks whether the managed cell still runs.
+POLL_PERIOD = 2.0
+#: Void trials in a row before the campaign is given up.
+MAX_VOID = 8
 
 
 class LiveLearner:
     """Makes and records what is missing of a campaign, in the cell of one ROS domain."""
 
     def __init__(
-        self, node: ExplorerNode, telling: Telling, version: str, cell: OwnCell | None
+        self, node: ExplorerNode, reporter: TrialReporter, version: str, cell: ManagedCell | None
     ) -> None:
-        """cell: to be started anew when it dies; None: somebody else's."""
-        self._node, self._telling, self._version, self._cell = node, telling, version, cell
-        self._patience = AT_FIRST if cell is None else TO_RETURN
+        """cell: restarted when it ends; None: the cell is not this process's."""
+        self._node, self._reporter, self._version, self._cell = node, reporter, version, cell
+        self._timeout = FIRST_TIMEOUT if cell is None else RESTART_TIMEOUT
 
     def learn(self, progress: Progress, store: ExperienceStore) -> None:
         """Make and record every trial that is missing.
 
         Raises:
             CellGoneError: there is no cell, or it did not come back.
-            CellDiesError: an own cell ended again and again.
-            TrialVoidError: a trial was void again and again.
+            CellCrashedError: a managed cell ended again and again.
+            TrialVoidError: a trial was void MAX_VOID times.
             StoreError: a trial cannot be recorded.
         """
         for key in progress.missing():
             trial = self._trial(key, progress.campaign.seed)
             store.record([trial])
             progress.recorded(key)
-            self._telling.trial(trial)
+            self._reporter.report(trial)
             if self._cell is not None:
-                self._cell.worked()
+                self._cell.trial_recorded()
 
     def _trial(self, key: TrialKey, campaign_seed: int) -> Trial:
         void = 0
@@ -60,24 +60,24 @@ class LiveLearner:
                 return self._node.make_trial(key, key.seed(campaign_seed, void), self._version)
             except TrialVoidError as error:
                 void += 1
-                if void == VOID:
+                if void == MAX_VOID:
                     raise
-                self._telling.say(f'A trial is made anew. {error}')
+                self._reporter.print(f'Repeating a trial. {error}')
             except CellGoneError as error:
-                self._telling.say(f'{error} Waiting for the cell.')
+                self._reporter.print(f'{error} Waiting for the cell.')
 
     def _wait_for_cell(self) -> None:
-        deadline = time.monotonic() + self._patience
+        deadline = time.monotonic() + self._timeout
         while True:
-            if self._cell is not None and self._cell.ensure():
-                deadline = time.monotonic() + self._patience
+            if self._cell is not None and self._cell.ensure_running():
+                deadline = time.monotonic() + self._timeout
             try:
-                self._node.wait_for_cell(GLANCE)
+                self._node.wait_for_cell(POLL_PERIOD)
             except CellGoneError:
                 if time.monotonic() > deadline:
                     raise
             else:
-                self._patience = TO_RETURN
+                self._timeout = RESTART_TIMEOUT
                 return
 
 

@@ -1,9 +1,9 @@
-"""How well agents tell by movements alone whether a mentor can see (beyond the paper).
+"""Accuracy of detecting a blindfold from the mentor's movements alone (beyond the paper).
 
 Half of the mentors look five times at one of Fig 6's targets with open eyes; the others wear an
-opaque blindfold and turn anywhere. Fifteen movements, an infant's, are too few to know one's own
-noise by: most agents take it to be at its floor, and are misled by the scatter of a mentor's
-movements. These agents have learned from 50.
+opaque blindfold and turn in random directions. An agent with 15 movements, as in Fig 6, cannot
+estimate its own motion noise: most fits end at the noise floor and misread the scatter of a
+mentor's movements. These agents have learned from 50.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from likeme_gaze.blindfold_detection import blindfold_probability
 from likeme_gaze.checks import FloatArray
 from likeme_gaze.simulation import SimulationSetup, blindfolded_experience
 
-#: Movements of each kind, with open eyes and under the blindfold, that an agent learned from.
-TELLING_POINTS = 50
-#: Keeps these agents apart from those of Fig 6's groups.
+#: Movements with open eyes, and as many under the blindfold, that an agent learned from.
+DETECTION_POINTS = 50
+#: Random stream other than those of Fig 6's groups.
 STREAM = 100
 
 
-def agent_tells(seed: int, agent: int, points: int = TELLING_POINTS) -> FloatArray:
-    """P(blindfolded) that one agent gives after each movement (EXECUTIONS, 2, TRIALS).
+def blindfold_probabilities(seed: int, agent: int, points: int = DETECTION_POINTS) -> FloatArray:
+    """P(blindfolded) by one agent after each movement (EXECUTIONS, 2, TRIALS).
 
     Second axis: mentors with open eyes, and mentors under an opaque blindfold.
     """
@@ -45,8 +45,8 @@ def agent_tells(seed: int, agent: int, points: int = TELLING_POINTS) -> FloatArr
     )
 
 
-def told_right(probabilities: FloatArray) -> NDArray[np.bool_]:
-    """Whether the mentor's kind is the more probable one, from P(blindfolded) (..., 2, TRIALS)."""
+def detection_correct(probabilities: FloatArray) -> NDArray[np.bool_]:
+    """Whether the more probable kind is the true one, from P(blindfolded) (..., 2, TRIALS)."""
     return np.asarray((probabilities > 0.5) == np.array([[False], [True]]))
 
 

@@ -1,7 +1,7 @@
-"""Trials of simulated cells with other numbers: what the search learns from.
+"""Trials of simulated cells with different parameters, kept in a file.
 
-What is tried follows from the seed and what was found before alone, so that any number of
-processes, in any order and after any restart, gives the same search.
+Which trials are made follows from the seed and the results so far, so that the search is the same
+for any number of processes and after any restart.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from likeme_arm_sim.headless_trial import (
 )
 from likeme_experiments import json_lines
 from likeme_experiments.physics_fit.search import Counts
-from likeme_experiments.physics_fit.trial_rows import Row
+from likeme_experiments.physics_fit.table_rows import TableRow
 
 
-class Tried(NamedTuple):
-    """Trials of one toy with one level of one number.
+class LevelTrials(NamedTuple):
+    """Trials of one toy with one level of one parameter.
 
     Attributes:
         step: of the search.
-        parameter, level: what was tried, in its own unit.
+        parameter, level: its name and value, in its own unit.
         name: of the toy.
         counts: LEFT, RIGHT, OFFTABLE by row name.
     """
@@ -40,13 +40,13 @@ class Tried(NamedTuple):
 
 
 def try_level(
-    step: int, parameter: str, values: Mapping[str, float], mine: list[Row], seeds: range
-) -> Tried:
-    """The same seeds for every row of a toy and for every level."""
+    step: int, parameter: str, values: Mapping[str, float], mine: list[TableRow], seeds: range
+) -> LevelTrials:
+    """Trials of the rows of one toy, with the same seeds for every row and level."""
     name = mine[0].name
     cell = single_object_cell(name, settings_from_parameters(values))
     counts = {str(r): count_final_states(cell, name, r.x_i, r.action, seeds) for r in mine}
-    return Tried(step, parameter, values[parameter], name, counts)
+    return LevelTrials(step, parameter, values[parameter], name, counts)
 
 
 def try_levels(
@@ -55,19 +55,19 @@ def try_levels(
     parameter: str,
     wanted: list[float],
     values: Mapping[str, float],
-    touched: list[Row],
+    touched: list[TableRow],
     seeds: range,
     workers: int,
     on_progress: Callable[[int], None],
 ) -> dict[float, dict[str, Counts]]:
-    """Counts by row, by level; what the file does not have yet is made and added to it."""
+    """Counts by row, by level; trials that are not in the file are made and appended."""
     names = sorted({row.name for row in touched})
     jobs_of = [(level, name) for level in wanted for name in names]
     done = {(t.level, t.name): t for t in read(path) if t.step == step}
     on_progress(len(done))
     # Physics clients do not survive a fork.
     with ProcessPoolExecutor(workers, get_context('spawn')) as pool:
-        jobs: list[Future[Tried]] = [
+        jobs: list[Future[LevelTrials]] = [
             pool.submit(
                 try_level, step, parameter, {**values, parameter: level},
                 [row for row in touched if row.name == name], seeds,
@@ -85,11 +85,11 @@ def try_levels(
     return by_level
 
 
-def read(path: Path) -> list[Tried]:
-    """All complete lines of a file; none without the file."""
+def read(path: Path) -> list[LevelTrials]:
+    """The trials in a file; none if it does not exist."""
     return [_tried(document) for document in json_lines.documents(path)]
 
 
-def _tried(document: dict[str, Any]) -> Tried:
+def _tried(document: dict[str, Any]) -> LevelTrials:
     counts = {row: (c[0], c[1], c[2]) for row, c in document.pop('counts').items()}
-    return Tried(counts=counts, **document)
+    return LevelTrials(counts=counts, **document)

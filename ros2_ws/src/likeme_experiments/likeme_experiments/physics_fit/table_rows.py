@@ -1,4 +1,4 @@
-"""The rows of the table that is fitted, and which of them the search may see."""
+"""The rows of the real robot's table, and their split into fitted and held-out ones."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from likeme_arm_sim.scene import OBJECTS
 from likeme_core.tabletop import Action, Manner, State
 from likeme_inference.tabletop.model_file import shipped
 
-# Chosen before the first fit. A row is idle when its object is already where the action aims. Of
-# the four busy rows of each object and manner one, drawn by this seed, is held out; so are the
-# idle ones.
+# Chosen before the first fit. A row is idle when its object is already where the action aims. Held
+# out are the idle rows and, of the four others of each object and manner, one drawn by this seed.
 SPLIT_SEED = 2015
 
 
-class Row(NamedTuple):
+class TableRow(NamedTuple):
     """One object, x_i and action, with the real robot's counts of LEFT, RIGHT, OFFTABLE."""
 
     name: str
@@ -26,14 +25,14 @@ class Row(NamedTuple):
 
     @property
     def idle(self) -> bool:
-        """Whether the object is where the action aims already."""
+        """Whether the object is already where the action aims."""
         return self.action.target is self.x_i
 
     def __str__(self) -> str:
         return f'{self.name} {self.x_i.name} {self.action.name}'
 
 
-def rows() -> list[Row]:
+def table_rows() -> list[TableRow]:
     """The 36 rows whose x_i is LEFT or RIGHT."""
     table = shipped()
     found = []
@@ -42,12 +41,12 @@ def rows() -> list[Row]:
         for x_i in (State.LEFT, State.RIGHT):
             for action in Action:
                 left, right, off = map(int, counts[x_i, action])
-                found.append(Row(name, x_i, action, (left, right, off)))
+                found.append(TableRow(name, x_i, action, (left, right, off)))
     return found
 
 
-def split(table: list[Row]) -> tuple[list[Row], list[Row]]:
-    """The 18 rows that the search sees, and the 18 that are held out."""
+def split(table: list[TableRow]) -> tuple[list[TableRow], list[TableRow]]:
+    """The 18 rows that are fitted, and the 18 that are held out."""
     rng = np.random.default_rng(SPLIT_SEED)
     held = {row for row in table if row.idle}
     for name in OBJECTS:

@@ -1,4 +1,4 @@
-"""How far a long work is: a bar with the time left, or a line now and then without a terminal."""
+"""A progress bar with the time left, or a line now and then where there is no terminal."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ from rich.progress import (
 )
 
 
-class TimeLeft:
-    """Counts pieces of work as they are made.
+class ProgressBar:
+    """Counts finished items.
 
     Attributes:
-        made: pieces since the beginning of this run.
+        made: items finished since this run began.
     """
 
     def __init__(
-        self, console: Console, what: str, total: int | None, done: int, every: float
+        self, console: Console, what: str, total: int | None, done: int, line_period: float
     ) -> None:
-        """total: pieces in all, if known; done: before this run; every: s between lines."""
+        """total: items in all, if known; done: before this run; line_period: s between lines."""
         self.made = 0
-        self._console, self._total, self._done, self._every = console, total, done, every
-        self._began = self._told = time.monotonic()
+        self._console, self._total, self._done = console, total, done
+        self._line_period = line_period
+        self._began = self._last_line = time.monotonic()
         self._bars = Progress(
             TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
             TimeElapsedColumn(), TextColumn('left'), TimeRemainingColumn(),
@@ -41,21 +42,21 @@ class TimeLeft:
     @contextmanager
     def shown(self) -> Iterator[None]:
         """Show the bar."""
-        self._began = self._told = time.monotonic()
+        self._began = self._last_line = time.monotonic()
         with self._bars:
             yield
 
-    def one_more(self, so_far: str, latest: str | None = None) -> None:
-        """A piece more. so_far: how a line begins; latest: what the bar is called from now on."""
+    def advance(self, so_far: str, description: str | None = None) -> None:
+        """Count one item. so_far: how a line begins; description: the bar's new description."""
         self.made += 1
-        self._bars.update(self._bar, advance=1, description=latest)
+        self._bars.update(self._bar, advance=1, description=description)
         now = time.monotonic()
-        if not self._console.is_terminal and now - self._told >= self._every:
-            self._told = now
+        if not self._console.is_terminal and now - self._last_line >= self._line_period:
+            self._last_line = now
             self._console.print(f'{so_far}; {self._left()}', highlight=False)
 
     def rate(self) -> float:
-        """Pieces of this run per s."""
+        """Items of this run per s."""
         return self.made / max(time.monotonic() - self._began, 1e-9)
 
     def _left(self) -> str:

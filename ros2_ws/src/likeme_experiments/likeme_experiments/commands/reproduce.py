@@ -1,4 +1,4 @@
-"""The command behind scripts/reproduce.sh: the paper's tables and figures, computed anew."""
+"""The command behind scripts/reproduce.sh: the paper's tables and figures."""
 
 from __future__ import annotations
 
@@ -11,7 +11,11 @@ from typing import Annotated
 import typer
 
 from likeme_experiments.reproductions.registry import REPRODUCTIONS
-from likeme_experiments.reproductions.report import Options, Report, save_figure
+from likeme_experiments.reproductions.report import (
+    ReproductionOptions,
+    ReproductionReport,
+    save_figure,
+)
 
 INTERRUPTED = 130
 
@@ -23,30 +27,33 @@ def reproduce(
     name: Annotated[
         str,
         typer.Argument(
-            help='What to compute, or all that takes a few minutes at most. See --list.'
+            help='What to compute; all: everything that takes a few minutes at most. See --list.'
         ),
     ] = '',
     as_json: Annotated[
-        bool, typer.Option('--json', help='One JSON document on stdout and nothing else.')
+        bool, typer.Option('--json', help='Print one JSON document and nothing else.')
     ] = False,
     out: Annotated[
-        Path | None, typer.Option('--out', help='Folder for NAME.png and NAME.svg.')
+        Path | None,
+        typer.Option('--out', help='Also draw NAME.png and NAME.svg into this folder.'),
     ] = None,
-    seeds: Annotated[int | None, typer.Option(min=1, help='Independent repetitions.')] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help='Number of independent repetitions.')
+    ] = None,
     model: Annotated[
         str | None, typer.Option(help='shipped, learned, a model file, or an experience store.')
     ] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help='Processes.')] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help='Worker processes.')] = None,
     listing: Annotated[bool, typer.Option('--list', help='List the names and stop.')] = False,
 ) -> None:
-    """Compute one table or figure of the paper anew and print it beside the paper's values."""
+    """Compute a table or figure of the paper and print it beside the paper's values."""
     if listing:
         for known, reproduction in REPRODUCTIONS.items():
             print(f'{known:18} {reproduction.about}')
         return
     quick = [known for known, reproduction in REPRODUCTIONS.items() if reproduction.in_all]
     names = quick if name == 'all' else [name]
-    options = Options(seeds, model, workers)
+    options = ReproductionOptions(seeds, model, workers)
     _check(name, options)
     if out is not None:
         _make_folder(out)
@@ -63,8 +70,8 @@ def reproduce(
             _draw(report, out, each)
 
 
-def _check(name: str, options: Options) -> None:
-    """Refuse a name that is not known and options that would change nothing."""
+def _check(name: str, options: ReproductionOptions) -> None:
+    """Refuse unknown names and options that the reproduction does not use."""
     if name == 'all':
         return
     if name not in REPRODUCTIONS:
@@ -75,12 +82,12 @@ def _check(name: str, options: Options) -> None:
         _refuse(f'{name} takes no --{unused[0]}.')
 
 
-def _report(name: str, options: Options) -> Report:
-    """Run one reproduction with those options it takes."""
+def _report(name: str, options: ReproductionOptions) -> ReproductionReport:
+    """Run one reproduction with the options it uses."""
     reproduction = REPRODUCTIONS[name]
     taken = {o: getattr(options, o) for o in options.given() if o in reproduction.takes}
     try:
-        return reproduction.report(Options(**taken))
+        return reproduction.report(ReproductionOptions(**taken))
     except (ValueError, OSError) as error:
         print(f'reproduce: {name}: {error}', file=sys.stderr)
         raise typer.Exit(1) from error
@@ -90,7 +97,7 @@ def _report(name: str, options: Options) -> Report:
 
 
 def _make_folder(folder: Path) -> None:
-    """Find out before the work whether its figures can be written."""
+    """Create the folder and check, before the computation, that it is writable."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -99,7 +106,7 @@ def _make_folder(folder: Path) -> None:
         _fail(f'Expected a folder to draw into, got {folder}: {error.strerror}.')
 
 
-def _draw(report: Report, folder: Path, name: str) -> None:
+def _draw(report: ReproductionReport, folder: Path, name: str) -> None:
     try:
         for path in save_figure(report, folder, name):
             print(f'Drawn: {path}', file=sys.stderr)

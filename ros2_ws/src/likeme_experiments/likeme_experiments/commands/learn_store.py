@@ -1,9 +1,8 @@
-"""What `learn.sh` does with experience that is there: summary, export, import."""
+"""The commands `summary`, `export` and `import` of learn.sh."""
 
 from __future__ import annotations
 
 import json
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
@@ -13,6 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from likeme_experiments.learning.store_location import default_place, is_sqlite, open_store
 from likeme_experiments.learning.summary import document, table
 from likeme_inference.experience import trial_file
 from likeme_inference.experience.database import StoreError
@@ -25,16 +25,16 @@ DONE, FAILED = 0, 1
 Store = Annotated[
     str | None,
     typer.Option(
-        help='SQLite file or database URL of the experience; out/experience.sqlite of the project.'
+        help='Experience store: SQLite file or database URL. Default: out/experience.sqlite.'
     ),
 ]
 
 
 def summary_command(
     store: Store = None,
-    as_json: Annotated[bool, typer.Option('--json', help='One JSON document.')] = False,
+    as_json: Annotated[bool, typer.Option('--json', help='Print one JSON document.')] = False,
 ) -> None:
-    """Say what is in the experience: how every action ended, by robot and campaign."""
+    """Print how every action ended, with the number of trials of each robot and campaign."""
     with _reading(store) as opened:
         tallies = opened.tallies()
         if as_json:
@@ -46,13 +46,13 @@ def summary_command(
 def export_command(
     out: Annotated[Path, typer.Argument(help='File to write.')],
     model: Annotated[
-        bool, typer.Option('--model', help='Write a model file of counts, not the trials.')
+        bool, typer.Option('--model', help='Write a model file (counts) instead of the trials.')
     ] = False,
-    robot: Annotated[str | None, typer.Option(help='Only this robot.')] = None,
-    campaign: Annotated[str | None, typer.Option(help='Only this campaign.')] = None,
+    robot: Annotated[str | None, typer.Option(help='Only trials of this robot.')] = None,
+    campaign: Annotated[str | None, typer.Option(help='Only trials of this campaign.')] = None,
     store: Store = None,
 ) -> None:
-    """Write the trials as text, or the model that follows from them (for `model_file`)."""
+    """Write the trials as a text file, or the transition model counted from them."""
     with _reading(store) as opened:
         try:
             if model:
@@ -73,7 +73,7 @@ def import_command(
     ],
     store: Store = None,
 ) -> None:
-    """Add the trials of others: what is known already is not counted again."""
+    """Add trials from other stores or files; trials that are recorded already are skipped."""
     code = DONE
     try:
         with closing(open_store(store)) as opened:
@@ -82,8 +82,8 @@ def import_command(
                 print(f'{source}: {result.new} trials new, {result.known} known.')
                 if result.contradicting:
                     code = failed(
-                        f'{source}: {len(result.contradicting)} trials are known with another '
-                        f'ending, e.g. {result.contradicting[0]}; the first record stays.'
+                        f'{source}: {len(result.contradicting)} trials are recorded with another '
+                        f'result, e.g. {result.contradicting[0]}; the recorded ones are kept.'
                     )
     except (StoreError, trial_file.TrialFileError) as error:
         code = failed(str(error))
@@ -98,18 +98,9 @@ def _import(store: ExperienceStore, source: str) -> Recorded:
         return store.record(list(other.trials()))
 
 
-def is_sqlite(path: Path) -> bool:
-    """Whether a file is an SQLite database."""
-    try:
-        with path.open('rb') as file:
-            return file.read(16) == b'SQLite format 3\0'
-    except OSError:
-        return False
-
-
 @contextmanager
 def _reading(place: str | None) -> Iterator[ExperienceStore]:
-    """A store that must be there; errors end the command in one sentence."""
+    """An existing store; an error ends the command with one sentence."""
     try:
         with closing(ExperienceStore(place or default_place(), create=False)) as store:
             yield store
@@ -117,19 +108,7 @@ def _reading(place: str | None) -> Iterator[ExperienceStore]:
         raise typer.Exit(failed(str(error))) from None
 
 
-def open_store(place: str | None) -> ExperienceStore:
-    """The store somebody names, or the default one; made where it is not there."""
-    if place is None:
-        Path(default_place()).parent.mkdir(exist_ok=True)
-    return ExperienceStore(place or default_place())
-
-
-def default_place() -> str:
-    """Where experience is kept unless it is said."""
-    return str(Path(os.environ.get('LIKEME_ROOT', '.')) / 'out' / 'experience.sqlite')
-
-
 def failed(why: str, code: int = FAILED) -> int:
-    """Say why on stderr; the exit code."""
+    """Print the reason to stderr; returns the exit code."""
     print(why, file=sys.stderr)
     return code

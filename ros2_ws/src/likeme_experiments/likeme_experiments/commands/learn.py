@@ -1,0 +1,202 @@
+"""The command behind scripts/learn.sh: make the trials of a campaign and record them."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, closing
+from functools import partial
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import typer
+from rich.console import Console
+
+from likeme_arm_sim.scene import OBJECTS
+from likeme_core.cli import Domain
+from likeme_core.instance_lock import AlreadyRunningError, claim
+from likeme_experiments.commands.learn_store import (
+    DONE,
+    FAILED,
+    Store,
+    export_command,
+    failed,
+    import_command,
+    summary_command,
+)
+from likeme_experiments.learning.campaigns import PolicyName, campaign_of
+from likeme_experiments.learning.store_location import default_place, open_store
+from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
+from likeme_experiments.learning.trial_reporter import TrialReporter
+from likeme_inference.experience.campaign import Campaign, Progress
+from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store import ExperienceStore
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app.command('summary')(summary_command)
+app.command('export')(export_command)
+app.command('import')(import_command)
+console = Console()
+NO_CELL, INTERRUPTED = 3, 130
+
+
+class ExitStatus(NamedTuple):
+    """An exit code, and the reason if it is not 0."""
+
+    code: int
+    reason: str = ''
+
+
+@app.callback(invoke_without_command=True)
+def learn_command(
+    context: typer.Context,
+    offline: Annotated[
+        bool,
+        typer.Option('--offline', help='Without ROS, in simulated cells in worker processes.'),
+    ] = False,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            min=1, max=1024, help='Offline: worker processes. Default: one for each core.'
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(help='Offline: address of a Dask scheduler, e.g. tcp://host:8786.'),
+    ] = None,
+    with_cell: Annotated[
+        bool,
+        typer.Option('--with-cell', help='Live: start a cell first, without real-time pacing.'),
+    ] = False,
+    policy: Annotated[
+        PolicyName, typer.Option(help='How the next trial is chosen.')
+    ] = PolicyName.SYSTEMATIC,
+    repetitions: Annotated[
+        int, typer.Option(min=1, help='systematic: trials of each object, state and action.')
+    ] = 10,
+    trials: Annotated[
+        int | None, typer.Option(min=1, help='random, information-gain: trials in all.')
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help='Seed of the campaign.')] = 1,
+    objects: Annotated[
+        list[str] | None, typer.Option('--object', help='Only this object; may be repeated.')
+    ] = None,
+    robot: Annotated[
+        str | None, typer.Option(help='Live: name of the robot. Default: the simulated one.')
+    ] = None,
+    domain: Domain = 0,
+    store: Store = None,
+) -> None:
+    """Try every action on every object from every state, and record how the camera saw it end."""
+    if context.invoked_subcommand is not None:
+        return
+    if not offline and (workers or scheduler):
+        raise typer.BadParameter('--workers and --scheduler are for --offline.')
+    if offline and (with_cell or robot):
+        raise typer.BadParameter('--with-cell and --robot are for the live cell.')
+    # Takes a second to import; export and summary do not need it.
+    from likeme_experiments.learning.robot_identity import simulated_robot
+
+    names = _objects(objects)
+    kind, name = 'offline' if offline else 'live', robot or simulated_robot()
+    campaign = campaign_of(kind, name, seed, names, policy, repetitions, trials)
+    if offline:
+        count = workers or len(os.sched_getaffinity(0))
+        code = _learn(campaign, store, partial(_offline, count, scheduler))
+    else:
+        code = _learn(campaign, store, partial(_live, domain, with_cell))
+    raise typer.Exit(code)
+
+
+Learn = Callable[[Progress, ExperienceStore, TrialReporter], ExitStatus]
+
+
+def _learn(campaign: Campaign, place: str | None, learn: Learn) -> int:
+    """Make what is missing of a campaign; the exit code."""
+    # SIGTERM, e.g. of a service manager, is handled as Ctrl-C.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with closing(open_store(place)) as store:
+            progress = Progress(campaign, store)
+            reporter = TrialReporter(progress, console)
+            with reporter.shown():
+                try:
+                    code, reason = learn(progress, store, reporter)
+                except KeyboardInterrupt:
+                    reason = 'Stopped. The same command continues from here.'
+                    code = INTERRUPTED
+            reporter.print(reporter.summary(store.place))
+    except StoreError as error:
+        return failed(str(error))
+    return failed(reason, code) if reason else code
+
+
+def _offline(
+    workers: int,
+    scheduler: str | None,
+    progress: Progress,
+    store: ExperienceStore,
+    reporter: TrialReporter,
+) -> ExitStatus:
+    from likeme_experiments.learning import offline
+    from likeme_experiments.learning.trial_cell import TrialFailedError
+
+    try:
+        if scheduler is None:
+            offline.learn_locally(progress, store, workers, reporter.report)
+        else:
+            with offline.dask_pool(scheduler) as pool:
+                offline.learn(progress, store, pool, reporter.report)
+    except TrialFailedError as error:
+        return ExitStatus(FAILED, f'A trial cannot be made. {error}')
+    except BrokenProcessPool:
+        return ExitStatus(FAILED, 'Worker processes crashed repeatedly.')
+    except offline.NoClusterError as error:
+        return ExitStatus(FAILED, str(error))
+    return ExitStatus(DONE)
+
+
+def _live(
+    domain: int,
+    with_cell: bool,
+    progress: Progress,
+    store: ExperienceStore,
+    reporter: TrialReporter,
+) -> ExitStatus:
+    from likeme_experiments.learning.managed_cell import CellCrashedError, managed_cell
+    from likeme_experiments.learning.trial_cell import software_version
+    from likeme_experiments.ros.live_learning import LiveLearner, explorer
+
+    try:
+        with ExitStack() as stack:
+            stack.enter_context(claim(domain, ['explorer']))
+            node = stack.enter_context(explorer(domain))
+            log = Path(default_place()).with_name('learn') / 'cell.log'
+            cell = None
+            if with_cell:
+                cell = stack.enter_context(managed_cell(domain, 0, log, reporter.print))
+            learner = LiveLearner(node, reporter, software_version(), cell)
+            learner.learn(progress, store)
+    except CellGoneError as error:
+        return ExitStatus(NO_CELL, str(error))
+    except (TrialVoidError, CellCrashedError, AlreadyRunningError) as error:
+        return ExitStatus(FAILED, str(error))
+    return ExitStatus(DONE)
+
+
+def _objects(names: list[str] | None) -> tuple[str, ...]:
+    for name in names or ():
+        if name not in OBJECTS:
+            raise typer.BadParameter(f"expected one of {', '.join(OBJECTS)}, got '{name}'.")
+    return tuple(name for name in OBJECTS if not names or name in names)
+
+
+def run() -> None:
+    """Console entry point."""
+    app(prog_name='learn')
+
+
+if __name__ == '__main__':
+    run()

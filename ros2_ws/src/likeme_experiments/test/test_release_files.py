@@ -1,0 +1,86 @@
+"""Files that release 0.1.0 wrote are read, and the same campaign makes the same trials.
+
+release_0_1_0/: learn.sh --offline --seed 11 --policy random --trials 8, export, export --model.
+"""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from likeme_experiments.commands.learn import app
+from likeme_experiments.learning.campaigns import PolicyName, campaign_of
+from likeme_experiments.learning.robot_identity import simulated_robot
+from likeme_experiments.learning.trial_cell import make_trial
+from likeme_experiments.reproductions.models import model_of
+from likeme_experiments.reproductions.report import ReproductionOptions
+from likeme_inference.experience import trial_file
+from likeme_inference.experience.campaign import Progress
+from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.experience.trial import Trial
+
+RELEASED = Path(__file__).parent / 'release_0_1_0'
+OBJECTS = 'pear', 'lemon', 'chicken'
+CAMPAIGN = campaign_of('offline', simulated_robot(), 11, OBJECTS, PolicyName.RANDOM, 10, 8)
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> str:
+    """A copy of the released store."""
+    return str(shutil.copy(RELEASED / 'experience.sqlite', tmp_path))
+
+
+def test_a_released_store_is_of_this_robot_and_its_campaign_is_complete(place: str) -> None:
+    with closing(ExperienceStore(place)) as store:
+        assert {trial.key.robot for trial in store.trials()} == {simulated_robot()}
+        assert list(Progress(CAMPAIGN, store).missing()) == []
+    answer = CliRunner().invoke(
+        app, ['--offline', '--policy', 'random', '--trials', '8', '--seed', '11', '--store', place]
+    )
+    assert answer.exit_code == 0, answer.output
+    assert '8 of 8 trials recorded' in answer.stdout
+
+
+def test_a_released_store_is_exported_and_imported_as_before(place: str, tmp_path: Path) -> None:
+    for released, flags in (('trials.csv', ()), ('model.csv', ('--model',))):
+        out = tmp_path / released
+        answer = CliRunner().invoke(app, ['export', str(out), *flags, '--store', place])
+        assert answer.exit_code == 0, answer.output
+        assert out.read_bytes() == (RELEASED / released).read_bytes()
+    other = str(tmp_path / 'other.sqlite')
+    for source in (str(RELEASED / 'trials.csv'), place):
+        answer = CliRunner().invoke(app, ['import', source, '--store', other])
+        assert answer.exit_code == 0, answer.output
+    with closing(ExperienceStore(other)) as imported:
+        trials = {trial.key: trial for trial in imported.trials()}
+    assert trials == {trial.key: trial for trial in trial_file.load(RELEASED / 'trials.csv')}
+
+
+def test_a_released_model_and_store_are_models(place: str) -> None:
+    by_file, by_store = (
+        model_of(ReproductionOptions(model=str(m))) for m in (RELEASED / 'model.csv', place)
+    )
+    assert by_file.rows == by_store.rows
+    assert sum(known.trials for known in by_file.objects.values()) == 8
+
+
+@pytest.mark.slow
+def test_the_same_campaign_makes_the_trials_of_the_release() -> None:
+    """To the last bit where the physics engine and the renderer are the same build."""
+    released = trial_file.load(RELEASED / 'trials.csv')
+    made = {key: make_trial(key, CAMPAIGN.seed) for key in CAMPAIGN.plan()}
+    assert {key: _result(trial) for key, trial in made.items()} == {
+        trial.key: _result(trial) for trial in released
+    }
+    for trial in released:
+        again = made[trial.key]
+        assert again.before == pytest.approx(trial.before, abs=1e-6)
+        assert again.after == pytest.approx(trial.after, abs=1e-6)
+
+
+def _result(trial: Trial) -> tuple[str, str, int]:
+    return trial.x_f.name, trial.motion.name, trial.seed
