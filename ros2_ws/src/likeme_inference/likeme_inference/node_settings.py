@@ -93,6 +93,7 @@ def open_experience(values: Mapping[str, Any], learned: RobotModel) -> Experienc
     except PackageNotFoundError:
         software = 'not installed'
     store = ExperienceStore(values['experience_store'], patience=1.0)
+    store.check_writable()
     return Experience(store, values['robot'], software, learned)
 
 

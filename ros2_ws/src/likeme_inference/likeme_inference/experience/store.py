@@ -14,6 +14,7 @@ from sqlalchemy.exc import IntegrityError
 from likeme_inference.experience.database import (
     FOR_WRITING,
     StoreError,
+    check_writable,
     open_engine,
     refusing,
     shown,
@@ -79,6 +80,14 @@ class ExperienceStore:
     def close(self) -> None:
         """Give the connections back."""
         self._engine.dispose()
+
+    def check_writable(self) -> None:
+        """Refuse a store that can be read alone, before trials are made for it.
+
+        Raises:
+            StoreError: its file or folder is read-only.
+        """
+        check_writable(self._url)
 
     def record(self, trials: Iterable[Trial]) -> Recorded:
         """Keep trials for good; those that are known stay as they are.
