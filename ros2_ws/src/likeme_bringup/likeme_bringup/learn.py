@@ -113,7 +113,7 @@ def _learn(campaign: Campaign, place: str | None, way: Learn) -> int:
     try:
         with closing(open_store(place)) as store:
             progress = Progress(campaign, store)
-            if progress.done < progress.total:
+            if progress.done != progress.total:
                 store.check_writable()
             telling = Telling(progress, console)
             with telling.shown():
