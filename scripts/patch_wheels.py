@@ -2,7 +2,8 @@
 
 Twenty-odd files under share/*/cmake carry the include folders of the machine the wheels were made
 on: they get this Python's. One reads a list of files as ASCII, which cuts paths that have other
-letters: it gets the encoding. Run with the Python of the virtual environment; running it again changes nothing.
+letters: it gets the encoding. Run with the Python of the virtual environment; running it again
+changes nothing.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ PYTHON_HEADERS = re.compile(BUILDER + r'/include/python3\.\d+')
 
 
 def patched(text: str, python_headers: str, numpy_headers: str) -> str:
-    """The text with the builder's two include folders replaced, and the file list read as UTF-8."""
+    """The text with this Python's include folders, and with the file list read as UTF-8."""
     text = NUMPY_HEADERS.sub(lambda _: numpy_headers, text)
     text = PYTHON_HEADERS.sub(lambda _: python_headers, text)
     return FILE_LIST.sub(lambda _: 'file(STRINGS "${idl_output}" idl_tuples ENCODING UTF-8)', text)

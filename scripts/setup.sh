@@ -9,7 +9,7 @@
 #
 # ROS 2 Jazzy comes from /opt/ros/jazzy when that is there, else from wheels.
 # LIKEME_PYTHON=/path/to/python3.11 chooses the interpreter; LIKEME_PYTHON=managed has uv fetch one.
-# The folder's path may have letters of any script, digits, spaces and _ . + - @ = ~; other characters
+# The folder's path may have letters of any script, digits, spaces and _ . + - @ ~; other characters
 # do not survive colcon, CMake, make and the linker.
 # Exit codes: 0 ready, 1 failed, 2 usage, 3 system packages are missing (the line to paste is printed).
 
@@ -90,10 +90,10 @@ ws_is_current() { [[ -f $WS/install/setup.bash && -f $STATE/ws && $(<"$STATE/ws"
 # Refuses a path that the build would fail in, before anything is downloaded.
 check_path() {
   local LC_ALL=C wrong
-  wrong=${LIKEME_ROOT//[A-Za-z0-9 _.+@=~\/$'\200'-$'\377'-]/}
+  wrong=${LIKEME_ROOT//[A-Za-z0-9 _.+@~\/$'\200'-$'\377'-]/}
   wrong=${wrong:0:1}
   [[ -z $wrong ]] ||
-    fail "the path of this folder may have letters, digits, spaces and _ . + - @ = ~ only, not ${wrong@Q}: ${LIKEME_ROOT@Q}"
+    fail "the path of this folder may have letters, digits, spaces and _ . + - @ ~ only, not ${wrong@Q}: ${LIKEME_ROOT@Q}"
   iconv -f UTF-8 -t UTF-8 <<<"$LIKEME_ROOT" >/dev/null 2>&1 || fail "the path of this folder is not UTF-8: ${LIKEME_ROOT@Q}"
   # patch_wheels.py mends the wheels for other letters; a distribution's files are not ours to change.
   [[ ! -f $LIKEME_ROS_PREFIX/setup.bash || $LIKEME_ROOT != *[$'\200'-$'\377']* ]] ||
@@ -271,8 +271,7 @@ run_colcon() {
 build_workspace() {
   rm -f "$STATE/ws"
   # A build folder of another environment or place confuses CMake: once more from nothing.
-  run_colcon || { rm -rf $WS/build $WS/install && run_colcon; }
-  repair_shebangs
+  { run_colcon || { rm -rf $WS/build $WS/install && run_colcon; }; } && repair_shebangs
 }
 # setuptools quotes the path of a Python that has a space in it, and the kernel knows no quotes.
 repair_shebangs() {

@@ -91,7 +91,7 @@ def set_up(folder: bytes, **environment: str) -> subprocess.CompletedProcess[byt
     )  # fmt: skip
 
 
-@pytest.mark.parametrize('character', list('\'"`$#&()[]{}<>|;:,*?!%^\\\n\t'))
+@pytest.mark.parametrize('character', list('\'"`$#&()[]{}<>|;:,*?!%^=\\\n\t'))
 def test_a_path_in_which_the_build_fails_is_refused_at_once(
     tmp_path: Path, character: str
 ) -> None:

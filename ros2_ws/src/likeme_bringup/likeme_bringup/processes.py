@@ -39,9 +39,16 @@ def start(
 ) -> subprocess.Popen[bytes]:
     """Start a process without input, all it says in `out`.
 
-    It has a group of its own: the terminal's Ctrl-C is for this process, which then ends it.
+    It has a group of its own: the terminal's Ctrl-C is for this process, which then ends it by
+    SIGINT. That one is not inherited ignored, as it is in a background job of a script.
     environment: added to this process's own.
     """
+    follow_parent = die_with_parent(os.getpid())
+
+    def before_exec() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        follow_parent()
+
     return subprocess.Popen(
         command,
         env=os.environ | dict(environment or {}),
@@ -49,7 +56,7 @@ def start(
         stdout=out,
         stderr=subprocess.STDOUT,
         process_group=0,
-        preexec_fn=die_with_parent(os.getpid()),
+        preexec_fn=before_exec,
     )
 
 
