@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import signal
 import subprocess
@@ -42,9 +43,10 @@ def table_states(graph: Graph) -> Publish:
     publisher = graph.node.create_publisher(TableState, 'table_state', 10)
 
     def publish(k: int) -> None:
-        x, y = 0.4, 0.1 if k % 2 else -0.1
-        pear = ObjectState(name='pear', state=k % 2, state_probability=1.0, visible=True)
-        pear.pose.position.x, pear.pose.position.y, pear.pose.orientation.w = x, y, 1.0
+        left = k % 2 == 0
+        pear = ObjectState(name='pear', state=int(not left), visible=True, settled=True)
+        pear.state_probability = [float(left), float(not left), 0.0]
+        pear.centroid.x, pear.centroid.y = 0.4, 0.1 if left else -0.1
         msg = TableState(reference_frame='base_link', settled=True, objects=[pear])
         msg.header.stamp.sec, msg.header.stamp.nanosec = divmod(k * 10**7 + 10**9, 10**9)
         publisher.publish(msg)
@@ -89,7 +91,9 @@ def head_poses(graph: Graph) -> Publish:
         msg = PoseStamped()
         msg.header.frame_id = 'base_link'
         msg.header.stamp.sec, msg.header.stamp.nanosec = divmod(k * 10**7 + 10**9, 10**9)
-        msg.pose.position.x, msg.pose.orientation.z = 0.6, 1.0
+        yaw = 0.75 * math.pi if k % 4 else math.pi
+        msg.pose.position.x = 6.0
+        msg.pose.orientation.z, msg.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         (pose_pub if k % 4 else start_pub).publish(msg)
 
     return publish
