@@ -2,7 +2,9 @@
 # Usage: scripts/start_cell.sh [OPTION...]
 #
 # Starts the cell in the foreground: arm driver (with the simulated cell), perception, inference.
-# Ctrl-C ends every process. When one ends by itself, the others are ended and the exit code is 1.
+# Ctrl-C ends every process, and so does SIGINT or SIGTERM, also when a script has started the cell
+# with `&`; under nohup it outlives the terminal. When one ends by itself, the others are ended and the
+# exit code is 1.
 #
 #   --only PART               start this part alone: arm, perception or inference; may be repeated
 #   --simulate PART           simulate this part alone: arm, person or camera; may be repeated. The others
@@ -18,7 +20,7 @@
 #   --params FILE             ROS parameter file; likeme_bringup/config/cell.yaml has all names
 #   --domain N                ROS domain (default: ROS_DOMAIN_ID or 0)
 #
-# Exit codes: 0 ended by Ctrl-C, 1 a node died or did not start, or the part runs on this ROS domain
+# Exit codes: 0 ended by a signal, 1 a node died or did not start, or the part runs on this ROS domain
 # already, 2 usage.
 
 set -euo pipefail

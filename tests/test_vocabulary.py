@@ -98,7 +98,7 @@ def test_every_manifest_is_format_3_under_one_licence() -> None:
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda path: path.name)
 def test_every_script_has_help(script: Path) -> None:
     answer = subprocess.run(
-        [script, '--help'], capture_output=True, text=True, timeout=20, check=False
+        [script, '--help'], capture_output=True, text=True, timeout=60, check=False
     )
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.startswith(f'Usage: scripts/{script.name}')
@@ -128,7 +128,7 @@ def test_a_scripts_help_names_every_option(
         [ROOT / 'scripts' / script, '--help'],
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=60,
         check=True,
     ).stdout
     command = [sys.executable, '-m', module, *words, '--help']

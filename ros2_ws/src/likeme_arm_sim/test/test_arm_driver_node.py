@@ -77,7 +77,7 @@ class Client:
 
     def start(self, kind: Any, name: str, **fields: Any) -> Any:
         client = self.node.create_client(kind, name)
-        assert client.wait_for_service(20.0)
+        assert client.wait_for_service(60.0)
         return client.call_async(kind.Request(**fields))
 
     def call(self, kind: Any, name: str, **fields: Any) -> Any:
@@ -126,7 +126,7 @@ def client(domain: int) -> Iterator[Client]:
     yield client
     client.close()
     driver.send_signal(signal.SIGINT)
-    out, _ = driver.communicate(timeout=20)
+    out, _ = driver.communicate(timeout=60)
     assert driver.returncode == 0, out
 
 
@@ -276,9 +276,9 @@ def test_a_signal_ends_it_silently(number: int, moving: bool) -> None:
                 answer = client.start(ExecuteAction, 'human/execute_action', object='pear')
             client.wait_for(lambda: len(client.kept['/clock']) > 30)
             driver.send_signal(number)
-            out, _ = driver.communicate(timeout=5)
+            out, _ = driver.communicate(timeout=30)
             if moving:
-                assert finished(answer, 5.0).outcome == MotionOutcome.HELD
+                assert finished(answer, 30.0).outcome == MotionOutcome.HELD
         finally:
             driver.kill()
             client.close()

@@ -59,6 +59,9 @@ class Supervisor:
 
     `start`, then `watch` as often as wanted, then `stop`; or `run`, which does all three until a
     child ends or SIGINT, SIGTERM or SIGHUP comes. Also a context manager (start ... stop).
+
+    SIGINT counts also in a background job of a script, which inherits it ignored; SIGHUP does not
+    where it is inherited ignored, as under nohup.
     """
 
     def __init__(
@@ -130,7 +133,9 @@ class Supervisor:
         def on_signal(number: int, _: FrameType | None) -> None:
             asked.append(number)
 
-        watched = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        watched = [signal.SIGINT, signal.SIGTERM]
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+            watched.append(signal.SIGHUP)
         before = {number: signal.signal(number, on_signal) for number in watched}
         # select() is restarted after a handler (PEP 475): a byte in this pipe ends its wait.
         old_wake = signal.set_wakeup_fd(wake_write, warn_on_full_buffer=False)

@@ -79,7 +79,7 @@ class Rig:
             lambda: all(p.get_subscription_count() for p in self._send.values()), 'discovery'
         )
 
-    def until(self, met: Callable[[], bool], what: str, seconds: float = 15.0) -> None:
+    def until(self, met: Callable[[], bool], what: str, seconds: float = 60.0) -> None:
         """Spin until a condition holds."""
         end = time.monotonic() + seconds
         while not met():
@@ -287,7 +287,7 @@ class Camera:
 def test_a_signal_ends_the_node_without_output(renderer, number: int, at_work: bool) -> None:
     with domain_id() as domain:
         node, camera = start_node(domain, '-p', 'background_frames:=2'), Camera(domain)
-        end = time.monotonic() + 30
+        end = time.monotonic() + 90
         try:
             while time.monotonic() < end and not (camera.states() if at_work else camera.received):
                 camera.show(renderer.frame()) if at_work else camera.executor.spin_once(0.1)
@@ -295,7 +295,7 @@ def test_a_signal_ends_the_node_without_output(renderer, number: int, at_work: b
             node.send_signal(number)
             while at_work and node.poll() is None and time.monotonic() < end:
                 camera.show(renderer.frame())
-            out, _ = node.communicate(timeout=5)
+            out, _ = node.communicate(timeout=30)
         finally:
             node.kill()
             camera.close()
