@@ -6,7 +6,7 @@ chunk unpacks to.
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import OrderedDict, defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping
 from io import BytesIO
 from pathlib import Path
@@ -19,16 +19,15 @@ from rosbags.interfaces import Connection, ConnectionExtRosbag1
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import Chunk, IndexData
 
-from likeme_bags.bag_warnings import BagWarnings, Subject
-from likeme_bags.block_cache import BlockCache
+from likeme_bags.bag_warnings import BagWarnings
 from likeme_bags.byte_reader import ByteReader
 from likeme_bags.compression import decompress, decompress_prefix
 from likeme_bags.errors import LIBRARY_ERRORS, DamagedError
 from likeme_bags.file_bytes import FileBytes
-from likeme_bags.limits import MAX_MESSAGES
+from likeme_bags.limits import MAX_CACHE, MAX_MESSAGES
 from likeme_bags.ros1_format import Op, fields_of, number, time_of
 from likeme_bags.ros1_scan import ChunkPlace, scan
-from likeme_bags.storage import Attachment, Channel
+from likeme_bags.storage import Channel, Storage
 
 
 class _Entry(NamedTuple):
@@ -39,37 +38,36 @@ class _Entry(NamedTuple):
     offset: int
 
 
-class Ros1Storage:
+class Ros1Storage(Storage):
     """One ROS 1 bag; messages as ROS 1 serialised them.
 
     bz2 has checksums; lz4 as ROS 1 writes it and uncompressed chunks have none.
 
     thorough: index every chunk by its content at once, rather than by the index records behind
-    it. salvage: also take what can be had of a chunk that was cut.
+    it. to_repair: also take what can be had of a chunk that was cut.
     """
 
-    attachments: tuple[Attachment, ...] = ()
-
     def __init__(
-        self, path: Path, log: BagWarnings, thorough: bool = False, salvage: bool = False
+        self, path: Path, log: BagWarnings, thorough: bool = False, to_repair: bool = False
     ) -> None:
-        self.name = path.name
-        self._log, self._salvage = log, salvage
+        super().__init__(path, log, to_repair)
         self._library = Reader(path)
-        self._cache: BlockCache[bytes] = BlockCache()
-        self._indexed = False
+        # The chunks last read, by their file offset.
+        self._cache: OrderedDict[int, bytes] = OrderedDict()
         self._known: dict[int, Connection] = {}
         self._doubtful: set[int] = set()
         self._entries: dict[int, list[_Entry]] = defaultdict(list)
         self._file = FileBytes(path)
+        self._opened.callback(self._file.close)
         try:
-            self._scan = scan(self._file, log, salvage)
-            self._library.bio = path.open('rb')
+            self._scan = scan(self._file, log, to_repair)
+            self._library.bio = self._opened.enter_context(path.open('rb'))
             self._library.chunks = {
                 chunk.offset: Chunk(chunk.stored, chunk.at, self._decompressor(chunk))
                 for chunk in self._scan.chunks
             }
             if thorough or not self._can_use_indexes():
+                self._salvaged = True
                 self._index_content()
         except BaseException:
             self.release()
@@ -122,30 +120,18 @@ class Ros1Storage:
         """Log times of a connection's messages, ns, rising; shape (n,)."""
         return np.array([entry.time for entry in self._entries.get(channel, ())], np.int64)
 
-    def salvage(self, why: str) -> bool:
-        """Index the bag by its content, without what is damaged; False when it is already."""
-        if self._indexed:
-            return False
-        self._log.loss(Subject.INDEX, f'{self.name}: its index cannot be used: {why}')
-        self._index_content()
-        return True
-
-    def release(self) -> None:
-        """Close the file."""
-        self._file.close()
-        if self._library.bio is not None:
-            self._library.bio.close()
-
     def _decompressor(self, chunk: ChunkPlace) -> Callable[[bytes], bytes]:
         """Gives what is in a chunk, from its stored bytes unless it is known."""
 
         def decompressed(stored: bytes) -> bytes:
-            data = self._cache.get(chunk.offset)
+            data = self._cache.pop(chunk.offset, None)
             if data is None:
                 cut = self._scan.cut and chunk is self._scan.chunks[-1]
                 unpack = decompress_prefix if cut else decompress
                 data = unpack(stored, chunk.method, chunk.size)
-                self._cache.put(chunk.offset, data, len(data))
+            self._cache[chunk.offset] = data
+            while len(self._cache) > 1 and sum(map(len, self._cache.values())) > MAX_CACHE:
+                self._cache.popitem(last=False)
             return data
 
         return decompressed
@@ -166,7 +152,6 @@ class Ros1Storage:
 
     def _index_content(self) -> None:
         """Index every chunk by what is in it, up to its first damaged record."""
-        self._indexed = True
         self._known.clear()
         self._entries.clear()
         marks: set[tuple[int, int]] = set()
@@ -183,7 +168,7 @@ class Ros1Storage:
                 continue
             self._index_chunk(place, chunk, data)
         # The index at the end has no checksum: where something is wrong, it is not believed.
-        if self._log.complete or self._salvage:
+        if self._log.complete or self._to_repair:
             for record in self._scan.connections:
                 self._learn(record)
         self._use()
@@ -234,7 +219,7 @@ class Ros1Storage:
 
     def _learn(self, record: bytes) -> None:
         """Keep a connection record; of one that is described in two ways nothing is believed."""
-        parser = Reader(self._library.path)
+        parser = Reader(self._path)
         parser.bio = BytesIO(record)
         try:
             connection = parser.read_connection()
@@ -242,6 +227,3 @@ class Ros1Storage:
             raise DamagedError(f'Expected a connection: {error}') from None
         if self._known.setdefault(connection.id, connection)[1:4] != connection[1:4]:
             self._doubtful.add(connection.id)
-
-    def _lose(self, why: str) -> None:
-        self._log.lost(self.name, why)
