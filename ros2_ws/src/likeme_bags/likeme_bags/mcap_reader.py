@@ -23,7 +23,7 @@ from likeme_bags.bag_warnings import BagWarnings, Subject
 from likeme_bags.byte_reader import ByteReader
 from likeme_bags.errors import DamagedError
 from likeme_bags.file_bytes import FileBytes
-from likeme_bags.limits import MAX_BLOCK, MAX_MESSAGES, MAX_OPEN
+from likeme_bags.limits import MAX_MESSAGES, MAX_OPEN
 from likeme_bags.mcap_chunks import ChunkFile
 from likeme_bags.mcap_format import (
     MESSAGE,
@@ -39,6 +39,9 @@ from likeme_bags.mcap_format import (
 from likeme_bags.mcap_scan import scan
 from likeme_bags.sorted_copy import sorted_copy
 from likeme_bags.storage import MAX_STAMP, Attachment, Channel, Storage
+
+# What of an attachment is read for its name, bytes.
+_ATTACHMENT_HEAD = 2**12
 
 
 class McapStorage(Storage):
@@ -129,15 +132,16 @@ class McapStorage(Storage):
 
     def _attach(self, op: int, at: int, size: int) -> None:
         """Keep an attachment or a metadata record, not rosbag2's own copy of metadata.yaml."""
-        record = self._file.read(at, min(size, MAX_BLOCK))
+        head = ByteReader(self._file.read(at, min(size, _ATTACHMENT_HEAD)))
         try:
-            name = ByteReader(record, PREFIX.size + (16 if op == Op.ATTACHMENT else 0)).text()
+            head.take(PREFIX.size + (16 if op == Op.ATTACHMENT else 0))
+            name = head.text()
         except DamagedError as error:
             self._log.remark(Subject.CHUNKS, f'{self.name}: an attachment is damaged: {error}')
             return
         kind = 'attachment' if op == Op.ATTACHMENT else 'metadata record'
         if (op, name) != (Op.METADATA, 'rosbag2'):
-            self.attachments.append(Attachment(kind, name, record))
+            self.attachments.append(Attachment(kind, name, self._file, at, size))
 
     def _channel(self, record: ChannelRecord) -> Channel:
         schema = self._schemas.get(record.schema, Schema('', '', ''))
@@ -227,7 +231,7 @@ class McapStorage(Storage):
 
     def _use(self, chunks: list[ChunkInfo]) -> None:
         """Have the library read these chunks from now on."""
-        self._believe_summary()
+        self._take_vouched_definitions()
         self._opened.callback(self._chunk_file.close)
         self._library = McapReader(self._path)
         self._library.bio = cast(BinaryIO, self._chunk_file)
@@ -246,7 +250,7 @@ class McapStorage(Storage):
                 'what stands with the messages counts.',
             )
 
-    def _believe_summary(self) -> None:
+    def _take_vouched_definitions(self) -> None:
         """Take what no chunk describes from outside the chunks, if something vouches for it."""
         found = self._scan
         unharmed = self._log.complete and found.summary_checked is None

@@ -121,7 +121,8 @@ class Bag:
         """
         storage, streams = self._storages[number], self._streams[number]
         chosen = {k: s for k, s in streams.items() if topics is None or s.topic.name in topics}
-        if not any(storage.counts.get(key) for key in chosen):
+        counts = storage.counts
+        if not any(counts.get(key) for key in chosen):
             return
         yield max(storage.span[0], start or 0), -1, None
         for channel, stamp, data in read(storage, chosen, start, end, self._log):

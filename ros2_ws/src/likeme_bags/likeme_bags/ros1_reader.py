@@ -68,6 +68,7 @@ class Ros1Storage(Storage):
             }
             if thorough or not self._can_use_indexes():
                 self._salvaged = True
+                self._known.clear()
                 self._index_content()
         except BaseException:
             self.release()
@@ -144,7 +145,17 @@ class Ros1Storage(Storage):
             return False
         for record in found.connections:
             self._learn(record)
+        seen: set[int] = set()
         for chunk in found.chunks:
+            connections = {connection for connection, _, _ in chunk.indexes}
+            if connections - seen:
+                # The first chunk with a connection describes it, too, maybe under a checksum.
+                seen |= connections
+                try:
+                    for _ in self._records_in(self._content(chunk)):
+                        pass
+                except DamagedError:
+                    return False
             for stamp, connection, offset in chunk.listed(self._file):
                 self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
         self._use()
@@ -152,13 +163,11 @@ class Ros1Storage(Storage):
 
     def _index_content(self) -> None:
         """Index every chunk by what is in it, up to its first damaged record."""
-        self._known.clear()
         self._entries.clear()
         marks: set[tuple[int, int]] = set()
         for place, chunk in enumerate(self._scan.chunks):
             try:
-                stored = self._file.read(chunk.at, chunk.stored)
-                data = self._library.chunks[chunk.offset].decompressor(stored)
+                data = self._content(chunk)
                 mark = len(data), crc32(data)
                 if data and mark in marks:
                     raise DamagedError('Expected every chunk once, got the same one again.')
@@ -167,8 +176,9 @@ class Ros1Storage(Storage):
                 self._lose(f'chunk {place} cannot be read: {error}')
                 continue
             self._index_chunk(place, chunk, data)
-        # The index at the end has no checksum: where something is wrong, it is not believed.
-        if self._log.complete or self._to_repair:
+        # The index at the end has no checksum: where something is wrong, it is not believed more
+        # than the messages.
+        if self._log.complete or self._to_repair or not self.checksums:
             for record in self._scan.connections:
                 self._learn(record)
         self._use()
@@ -177,22 +187,14 @@ class Ros1Storage(Storage):
         """Index a chunk by its own records; a message its index record denies is dropped."""
         promised = chunk.listed(self._file)
         found, dropped = 0, 0
-        reader = ByteReader(data)
         try:
-            while reader.left:
-                offset = reader.at
-                fields = fields_of(reader.block())
-                reader.block()
-                op = number(fields, 'op', 1)
-                if op == Op.CONNECTION:
-                    self._learn(data[offset : reader.at])
-                elif op == Op.MESSAGE:
-                    stamp, connection = time_of(fields), number(fields, 'conn', 4)
-                    found += 1
-                    if promised and (stamp, connection, offset) not in promised:
-                        dropped += 1
-                    else:
-                        self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
+            for entry in self._records_in(data):
+                found += 1
+                if promised and entry not in promised:
+                    dropped += 1
+                else:
+                    stamp, connection, offset = entry
+                    self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
         except DamagedError as error:
             if not (self._scan.cut and chunk is self._scan.chunks[-1]):
                 self._lose(f'chunk {place} is damaged inside: {error}')
@@ -203,6 +205,24 @@ class Ros1Storage(Storage):
             )
         if sum(self.counts.values()) > MAX_MESSAGES:
             raise DamagedError(f'Expected at most {MAX_MESSAGES} messages in a bag.')
+
+    def _content(self, chunk: ChunkPlace) -> bytes:
+        """What is in a chunk."""
+        stored = self._file.read(chunk.at, chunk.stored)
+        return self._library.chunks[chunk.offset].decompressor(stored)
+
+    def _records_in(self, data: bytes) -> Iterator[tuple[int, int, int]]:
+        """(time in ns, connection, offset) of the messages of a chunk; learns its connections."""
+        reader = ByteReader(data)
+        while reader.left:
+            offset = reader.at
+            fields = fields_of(reader.block())
+            reader.block()
+            op = number(fields, 'op', 1)
+            if op == Op.CONNECTION:
+                self._learn(data[offset : reader.at])
+            elif op == Op.MESSAGE:
+                yield time_of(fields), number(fields, 'conn', 4), offset
 
     def _use(self) -> None:
         """Have the library read by this index from now on."""

@@ -123,9 +123,10 @@ def _take(
             raise DamagedError(f'Expected compression none, bz2 or lz4, got {method!r}.')
         if len(found.chunks) >= MAX_CHUNKS:
             raise DamagedError(f'Expected at most {MAX_CHUNKS} chunks, got more.')
-        found.cut = body + size > file.size
-        if found.cut and not to_repair:
+        cut = body + size > file.size
+        if cut and not to_repair:
             raise DamagedError(f'Expected a chunk of {size} bytes, got {file.size - body}.')
+        found.cut = cut
         stored = min(size, MAX_BLOCK, file.size - body)
         unpacked = number(fields, 'size', 4)
         found.chunks.append(ChunkPlace(at, body, stored, unpacked, method, []))

@@ -19,8 +19,11 @@ from rosbags.interfaces import (
 
 from likeme_bags.bag_warnings import BagWarnings, Subject
 from likeme_bags.errors import READ_ERRORS, DamagedError
+from likeme_bags.file_bytes import FileBytes
 
 MAX_STAMP = 2**63 - 1
+# An attachment is copied in parts of this size, bytes.
+_PART = 2**20
 
 
 class Channel(NamedTuple):
@@ -50,10 +53,18 @@ class Attachment(NamedTuple):
 
     kind: str
     name: str
-    record: bytes
+    file: FileBytes
+    # Offset and size of the record.
+    at: int
+    size: int
+
+    def parts(self) -> Iterator[bytes]:
+        """The record, in parts that fit into memory."""
+        for at in range(self.at, self.at + self.size, _PART):
+            yield self.file.read(at, min(_PART, self.at + self.size - at))
 
     def __str__(self) -> str:
-        return f"{self.kind} '{self.name}' ({len(self.record)} bytes)"
+        return f"{self.kind} '{self.name}' ({self.size} bytes)"
 
 
 class Storage(ABC):
@@ -154,7 +165,8 @@ def read(
                 continue
             log.lost(storage.name, f'reading ends at {last} ns: {error}')
             return
-        expected = sum(storage.counts.get(key, 0) for key in ids)
+        counts = storage.counts
+        expected = sum(counts.get(key, 0) for key in ids)
         if start is None and stop is None and total < expected:
             log.lost(storage.name, f'{total} messages read, expected {expected}')
         return
