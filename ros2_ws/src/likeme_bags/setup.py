@@ -12,6 +12,7 @@ setup(
     ],
     install_requires=[
         'setuptools',
+        'apsw',
         'backports.zstd',
         'lz4',
         'numpy',
@@ -19,7 +20,8 @@ setup(
         'pillow',
         'pyarrow',
         'pyyaml',
-        'rosbags',
+        # Exactly this version: its writers are subclassed, its readers get indexes of ours.
+        'rosbags==0.11.9',
         'typer',
     ],
     zip_safe=False,

@@ -145,7 +145,8 @@ def _warn_of_gaps(files: list[Path], log: BagWarnings) -> None:
     """
     parts: dict[str, list[int]] = {}
     for name, number in _counters(files).values():
-        parts.setdefault(name, []).append(number)
+        if number >= 0:
+            parts.setdefault(name, []).append(number)
     for name, numbers in sorted(parts.items()):
         lacking = sorted(set(range(min(numbers), max(numbers))) - set(numbers))
         if lacking and len(set(numbers)) == len(numbers):

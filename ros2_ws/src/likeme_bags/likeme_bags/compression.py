@@ -13,7 +13,7 @@ from likeme_bags.limits import MAX_BLOCK
 
 # Asked for in steps, so that a cut stream still gives what came before the cut.
 _STEP = 2**20
-_ERRORS = (zstd.ZstdError, RuntimeError, OSError, ValueError, EOFError, MemoryError)
+DECOMPRESSION_ERRORS = (zstd.ZstdError, RuntimeError, OSError, ValueError, EOFError, MemoryError)
 
 
 def decompress(data: bytes, method: str, size: int) -> bytes:
@@ -36,7 +36,7 @@ def decompress_all(data: bytes, method: str, most: int) -> bytes:
     Raises:
         DamagedError: it is damaged, or unpacks to more.
     """
-    machine = _decompressor(method)
+    machine = decompressor(method)
     try:
         # One byte too many tells that the stream goes on.
         result: bytes = machine.decompress(data, most + 1)
@@ -44,7 +44,7 @@ def decompress_all(data: bytes, method: str, most: int) -> bytes:
             if not (part := machine.decompress(b'', most + 1 - len(result))):
                 break
             result += part
-    except _ERRORS as error:
+    except DECOMPRESSION_ERRORS as error:
         raise DamagedError(f'Expected data compressed by {method}: {error}') from None
     if len(result) > most or not machine.eof:
         raise DamagedError(
@@ -60,18 +60,23 @@ def decompress_prefix(data: bytes, method: str, size: int) -> bytes:
     parts: list[bytes] = []
     made = 0
     try:
-        machine = _decompressor(method)
+        machine = decompressor(method)
         part = machine.decompress(data, min(_STEP, size))
         while part:
             parts.append(part)
             made += len(part)
             part = b'' if machine.eof else machine.decompress(b'', min(_STEP, size - made))
-    except (DamagedError, *_ERRORS):
+    except (DamagedError, *DECOMPRESSION_ERRORS):
         pass
     return b''.join(parts)
 
 
-def _decompressor(method: str) -> Any:
+def decompressor(method: str) -> Any:
+    """An incremental decompressor.
+
+    Raises:
+        DamagedError: the method is none that is known.
+    """
     known = {
         'zstd': zstd.ZstdDecompressor,
         'lz4': lz4.frame.LZ4FrameDecompressor,

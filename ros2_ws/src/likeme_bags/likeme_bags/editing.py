@@ -131,7 +131,7 @@ def repair(source: Path, target: Path, storage: str = 'mcap') -> WrittenBag:
     Raises:
         BagError: nothing can be read, or the target exists.
     """
-    with open_bag(source, thorough=True, salvage=True) as bag:
+    with open_bag(source, thorough=True, to_repair=True) as bag:
         source_bag = (bag.topics, bag.records(), bag.custom, bag.attachments)
         count, left_out = _write(target, storage, *source_bag, may_be_empty=True)
         return WrittenBag(target, count, bag.warnings + left_out, bag.complete)

@@ -67,7 +67,7 @@ class ChunkHead(NamedTuple):
     indexes: list[tuple[int, int, int]]
 
     @property
-    def count(self) -> int:
+    def messages(self) -> int:
         """Messages by the message indexes."""
         return sum(count for _, count, _ in self.indexes)
 

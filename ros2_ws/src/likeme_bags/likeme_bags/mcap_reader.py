@@ -9,7 +9,6 @@ from __future__ import annotations
 from array import array
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import ExitStack
 from itertools import accumulate
 from pathlib import Path
 from typing import Any, BinaryIO, cast
@@ -24,7 +23,7 @@ from likeme_bags.bag_warnings import BagWarnings, Subject
 from likeme_bags.byte_reader import ByteReader
 from likeme_bags.errors import DamagedError
 from likeme_bags.file_bytes import FileBytes
-from likeme_bags.limits import MAX_BLOCK, MAX_MESSAGES, MAX_OPEN
+from likeme_bags.limits import MAX_MESSAGES, MAX_OPEN
 from likeme_bags.mcap_chunks import ChunkFile
 from likeme_bags.mcap_format import (
     MESSAGE,
@@ -39,35 +38,37 @@ from likeme_bags.mcap_format import (
 )
 from likeme_bags.mcap_scan import scan
 from likeme_bags.sorted_copy import sorted_copy
-from likeme_bags.storage import MAX_STAMP, Attachment, Channel
+from likeme_bags.storage import MAX_STAMP, Attachment, Channel, Storage
+
+# What of an attachment is read for its name, bytes.
+_ATTACHMENT_HEAD = 2**12
 
 
-class McapStorage:
+class McapStorage(Storage):
     """One MCAP file.
 
     thorough: index every chunk by its content at once, rather than by its message indexes.
-    salvage: also take the messages of a last chunk that was cut, for which no checksum vouches.
+    to_repair: also take the messages of a last chunk that was cut, for which no checksum vouches.
     """
 
     def __init__(
-        self, path: Path, log: BagWarnings, thorough: bool = False, salvage: bool = False
+        self, path: Path, log: BagWarnings, thorough: bool = False, to_repair: bool = False
     ) -> None:
-        self.name = path.name
-        self._log, self._salvage = log, salvage
+        super().__init__(path, log, to_repair)
         self._library = McapReader(path)
         self._schemas: dict[int, Schema] = {}
         self._records: dict[int, ChannelRecord] = {}
         # Log times by channel, once the chunks were indexed by their content.
-        self._stamps: dict[int, array[int]] | None = None
+        self._stamps: dict[int, array[int]] = {}
         self._copy: Sqlite3Reader | None = None
-        self._stack = ExitStack()
         self._file = FileBytes(path)
-        self._stack.callback(self._file.close)
+        self._opened.callback(self._file.close)
         try:
-            self._scan = scan(self._file, log, salvage)
-            self.attachments = [each for place in self._scan.attachments
-                                if (each := self._attachment(*place))]  # fmt: skip
+            self._scan = scan(self._file, log, to_repair)
+            for place in self._scan.attachments:
+                self._attach(*place)
             if thorough or not self._can_use_indexes():
+                self._salvaged = True
                 self._index_content()
         except BaseException:
             self.release()
@@ -77,11 +78,6 @@ class McapStorage:
     def channels(self) -> Mapping[int, Channel]:
         """All topics by id."""
         return {key: self._channel(record) for key, record in self._records.items()}
-
-    @property
-    def connections(self) -> Collection[Connection]:
-        """All topics, for `messages`."""
-        return [channel.connection(key) for key, channel in self.channels.items()]
 
     @property
     def counts(self) -> Mapping[int, int]:
@@ -109,14 +105,14 @@ class McapStorage:
     ) -> Iterator[tuple[Connection, int, bytes]]:
         """Messages in the order of log times; chunks that overlap too far are sorted on disk."""
         if self._copy is None and _most_at_once(self._library.chunks) > MAX_OPEN:
-            self._copy = sorted_copy(self.connections, self._by_chunks(), self._stack)
+            self._copy = sorted_copy(self.connections, self._by_chunks(), self._opened)
         reader = self._copy or self._library
         # Without chunks the library would scan the file.
         return reader.messages(connections, start, stop) if self._library.chunks else iter(())
 
     def stamps(self, channel: int) -> NDArray[np.int64]:
         """Log times of a channel's messages, ns, rising; shape (n,)."""
-        if self._stamps is not None:
+        if self._salvaged:
             return np.sort(np.array(self._stamps.get(channel, ()), np.int64))
         entries = [
             self._file.read(at, 16 * count)
@@ -126,37 +122,26 @@ class McapStorage:
         ]
         return np.sort(np.frombuffer(b''.join(entries), '<u8')[::2].astype(np.int64))
 
-    def salvage(self, why: str) -> bool:
-        """Index the file by its content, without what is damaged; False when it is already."""
-        if self._stamps is not None:
-            return False
-        self._log.loss(Subject.INDEX, f'{self.name}: its index cannot be used: {why}')
-        self._index_content()
-        return True
-
-    def release(self) -> None:
-        """Close the file, and remove temporary copies."""
-        self._stack.close()
-
     def _by_chunks(self) -> Iterator[tuple[Connection, int, bytes]]:
         """All messages, one chunk after the other."""
-        library = McapReader(self._library.path)
+        library = McapReader(self._path)
         library.bio = self._library.bio
         for chunk in self._library.chunks:
             library.chunks = [chunk]
             yield from library.messages(self.connections)
 
-    def _attachment(self, op: int, at: int, size: int) -> Attachment | None:
-        """An attachment or a metadata record; not rosbag2's own copy of metadata.yaml."""
-        record = self._file.read(at, min(size, MAX_BLOCK))
+    def _attach(self, op: int, at: int, size: int) -> None:
+        """Keep an attachment or a metadata record, not rosbag2's own copy of metadata.yaml."""
+        head = ByteReader(self._file.read(at, min(size, _ATTACHMENT_HEAD)))
         try:
-            body = ByteReader(record, PREFIX.size + (16 if op == Op.ATTACHMENT else 0))
-            name = body.text()
+            head.take(PREFIX.size + (16 if op == Op.ATTACHMENT else 0))
+            name = head.text()
         except DamagedError as error:
             self._log.remark(Subject.CHUNKS, f'{self.name}: an attachment is damaged: {error}')
-            return None
+            return
         kind = 'attachment' if op == Op.ATTACHMENT else 'metadata record'
-        return Attachment(kind, name, record) if (op, name) != (Op.METADATA, 'rosbag2') else None
+        if (op, name) != (Op.METADATA, 'rosbag2'):
+            self.attachments.append(Attachment(kind, name, self._file, at, size))
 
     def _channel(self, record: ChannelRecord) -> Channel:
         schema = self._schemas.get(record.schema, Schema('', '', ''))
@@ -173,7 +158,7 @@ class McapStorage:
     def _can_use_indexes(self) -> bool:
         """Index chunks by the message indexes behind them, if nothing speaks against these."""
         found, heads = self._scan, self._scan.chunks
-        counts = [head.count for head in heads]
+        counts = [head.messages for head in heads]
         if not found.whole or not found.closed or found.runs or found.message_count != sum(counts):
             return False
         if any(head.end > MAX_STAMP or head.size < PREFIX.size for head in heads):
@@ -203,12 +188,11 @@ class McapStorage:
         found, heads = self._scan, list(self._scan.chunks or self._scan.runs)
         if found.chunks and found.runs:
             self._lose('messages lie outside the chunks of a file of chunks')
-        if found.cut is not None and not self._salvage:
+        if found.cut is not None and not self._to_repair:
             have = self._file.size - found.cut.at
             self._lose(f'the last chunk was cut off after {have} of {found.cut.stored} bytes')
         elif found.cut is not None:
             heads.append(found.cut)
-        self._stamps = {}
         self._chunk_file = ChunkFile(self._file, heads, self._lose)
         self._chunk_file.cut = len(found.chunks) if found.cut is not None else -1
         self._use([self._indexed(number, head) for number, head in enumerate(heads)])
@@ -220,7 +204,6 @@ class McapStorage:
 
     def _indexed(self, number: int, head: ChunkHead) -> ChunkInfo:
         """What is in a chunk."""
-        assert self._stamps is not None
         content = self._chunk_file.content(number) or b''
         counts: dict[int, int] = defaultdict(int)
         begin, end, whole = MAX_STAMP, 0, 0
@@ -248,9 +231,9 @@ class McapStorage:
 
     def _use(self, chunks: list[ChunkInfo]) -> None:
         """Have the library read these chunks from now on."""
-        self._believe_summary()
-        self._stack.callback(self._chunk_file.close)
-        self._library = McapReader(self._library.path)
+        self._take_vouched_definitions()
+        self._opened.callback(self._chunk_file.close)
+        self._library = McapReader(self._path)
         self._library.bio = cast(BinaryIO, self._chunk_file)
         self._library.chunks = chunks
 
@@ -267,11 +250,11 @@ class McapStorage:
                 'what stands with the messages counts.',
             )
 
-    def _believe_summary(self) -> None:
+    def _take_vouched_definitions(self) -> None:
         """Take what no chunk describes from outside the chunks, if something vouches for it."""
         found = self._scan
         unharmed = self._log.complete and found.summary_checked is None
-        vouched = self._salvage or found.summary_checked or unharmed or not found.chunks
+        vouched = self._to_repair or found.summary_checked or unharmed or not found.chunks
         known = {(Op.SCHEMA, key) for key in self._schemas}
         known |= {(Op.CHANNEL, key) for key in self._records}
         for op, body in found.definitions:
@@ -283,9 +266,6 @@ class McapStorage:
                     f'{self.name} is damaged, and nothing vouches for what it says of topic '
                     f'{channel_of(body)[1].topic}.',
                 )
-
-    def _lose(self, why: str) -> None:
-        self._log.lost(self.name, why)
 
 
 def _info(

@@ -53,15 +53,15 @@ class Scan:
     marks: set[tuple[int | str, ...]] = field(default_factory=set)
 
 
-def scan(file: FileBytes, log: BagWarnings, salvage: bool = False) -> Scan:
+def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
     """Walk over all records; what no record explains is warned of and stepped over.
 
-    salvage: a file that ends too early is what one came to mend, and no loss of what it holds.
+    to_repair: a file that ends too early is what one came to mend, and no loss of what it holds.
     """
     if file.read(0, len(MAGIC)) != MAGIC:
         begin = file.read(0, len(MAGIC))
         raise DamagedError(f'Expected an MCAP file, got one that begins with {begin!r}.')
-    found, at, end_is_loss = Scan(), len(MAGIC), log.remark if salvage else log.loss
+    found, at, end_is_loss = Scan(), len(MAGIC), log.remark if to_repair else log.loss
     try:
         found.listed |= set(_listed_chunks(file, found))
     except DamagedError:

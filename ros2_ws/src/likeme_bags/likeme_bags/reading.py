@@ -121,7 +121,8 @@ class Bag:
         """
         storage, streams = self._storages[number], self._streams[number]
         chosen = {k: s for k, s in streams.items() if topics is None or s.topic.name in topics}
-        if not any(storage.counts.get(key) for key in chosen):
+        counts = storage.counts
+        if not any(counts.get(key) for key in chosen):
             return
         yield max(storage.span[0], start or 0), -1, None
         for channel, stamp, data in read(storage, chosen, start, end, self._log):
@@ -148,11 +149,11 @@ class Bag:
         self.close()
 
 
-def open_bag(path: Path | str, thorough: bool = False, salvage: bool = False) -> Bag:
+def open_bag(path: Path | str, thorough: bool = False, to_repair: bool = False) -> Bag:
     """Open a bag.
 
     thorough: check every chunk now instead of when it is read, as tools that judge a bag do.
-    salvage: also take what can be had of a chunk that was cut, which no checksum vouches for.
+    to_repair: also take what can be had of a chunk that was cut, which no checksum vouches for.
 
     Raises:
         BagError: it is no bag, or nothing in it can be used.
@@ -163,7 +164,7 @@ def open_bag(path: Path | str, thorough: bool = False, salvage: bool = False) ->
         storages = []
         for file in found.files:
             try:
-                storages.append(_open_file(file, log, stack, thorough, salvage))
+                storages.append(_open_file(file, log, stack, thorough, to_repair))
             except BagError as error:
                 if len(found.files) == 1:
                     raise BagError(str(error)) from None
@@ -174,7 +175,7 @@ def open_bag(path: Path | str, thorough: bool = False, salvage: bool = False) ->
 
 
 def _open_file(
-    file: Path, log: BagWarnings, stack: ExitStack, thorough: bool, salvage: bool
+    file: Path, log: BagWarnings, stack: ExitStack, thorough: bool, to_repair: bool
 ) -> Storage:
     storage: Storage
     try:
@@ -185,11 +186,11 @@ def _open_file(
         if compression_of(begin):
             file = decompress_file(file, temporary_folder(stack), log)
         if kind_of(file) == '.mcap':
-            storage = McapStorage(file, log, thorough, salvage)
+            storage = McapStorage(file, log, thorough, to_repair)
         elif kind_of(file) == '.db3':
             storage = SqliteStorage(file, log, thorough)
         else:
-            storage = Ros1Storage(file, log, thorough, salvage)
+            storage = Ros1Storage(file, log, thorough, to_repair)
     except DamagedError as error:
         raise BagError(f'{file.name} is not a bag: {error}') from None
     except OSError as error:

@@ -6,7 +6,7 @@ chunk unpacks to.
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import OrderedDict, defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping
 from io import BytesIO
 from pathlib import Path
@@ -19,16 +19,15 @@ from rosbags.interfaces import Connection, ConnectionExtRosbag1
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import Chunk, IndexData
 
-from likeme_bags.bag_warnings import BagWarnings, Subject
-from likeme_bags.block_cache import BlockCache
+from likeme_bags.bag_warnings import BagWarnings
 from likeme_bags.byte_reader import ByteReader
 from likeme_bags.compression import decompress, decompress_prefix
 from likeme_bags.errors import LIBRARY_ERRORS, DamagedError
 from likeme_bags.file_bytes import FileBytes
-from likeme_bags.limits import MAX_MESSAGES
+from likeme_bags.limits import MAX_CACHE, MAX_MESSAGES
 from likeme_bags.ros1_format import Op, fields_of, number, time_of
 from likeme_bags.ros1_scan import ChunkPlace, scan
-from likeme_bags.storage import Attachment, Channel
+from likeme_bags.storage import Channel, Storage
 
 
 class _Entry(NamedTuple):
@@ -39,37 +38,37 @@ class _Entry(NamedTuple):
     offset: int
 
 
-class Ros1Storage:
+class Ros1Storage(Storage):
     """One ROS 1 bag; messages as ROS 1 serialised them.
 
     bz2 has checksums; lz4 as ROS 1 writes it and uncompressed chunks have none.
 
     thorough: index every chunk by its content at once, rather than by the index records behind
-    it. salvage: also take what can be had of a chunk that was cut.
+    it. to_repair: also take what can be had of a chunk that was cut.
     """
 
-    attachments: tuple[Attachment, ...] = ()
-
     def __init__(
-        self, path: Path, log: BagWarnings, thorough: bool = False, salvage: bool = False
+        self, path: Path, log: BagWarnings, thorough: bool = False, to_repair: bool = False
     ) -> None:
-        self.name = path.name
-        self._log, self._salvage = log, salvage
+        super().__init__(path, log, to_repair)
         self._library = Reader(path)
-        self._cache: BlockCache[bytes] = BlockCache()
-        self._indexed = False
+        # The chunks last read, by their file offset.
+        self._cache: OrderedDict[int, bytes] = OrderedDict()
         self._known: dict[int, Connection] = {}
         self._doubtful: set[int] = set()
         self._entries: dict[int, list[_Entry]] = defaultdict(list)
         self._file = FileBytes(path)
+        self._opened.callback(self._file.close)
         try:
-            self._scan = scan(self._file, log, salvage)
-            self._library.bio = path.open('rb')
+            self._scan = scan(self._file, log, to_repair)
+            self._library.bio = self._opened.enter_context(path.open('rb'))
             self._library.chunks = {
                 chunk.offset: Chunk(chunk.stored, chunk.at, self._decompressor(chunk))
                 for chunk in self._scan.chunks
             }
             if thorough or not self._can_use_indexes():
+                self._salvaged = True
+                self._known.clear()
                 self._index_content()
         except BaseException:
             self.release()
@@ -122,30 +121,18 @@ class Ros1Storage:
         """Log times of a connection's messages, ns, rising; shape (n,)."""
         return np.array([entry.time for entry in self._entries.get(channel, ())], np.int64)
 
-    def salvage(self, why: str) -> bool:
-        """Index the bag by its content, without what is damaged; False when it is already."""
-        if self._indexed:
-            return False
-        self._log.loss(Subject.INDEX, f'{self.name}: its index cannot be used: {why}')
-        self._index_content()
-        return True
-
-    def release(self) -> None:
-        """Close the file."""
-        self._file.close()
-        if self._library.bio is not None:
-            self._library.bio.close()
-
     def _decompressor(self, chunk: ChunkPlace) -> Callable[[bytes], bytes]:
         """Gives what is in a chunk, from its stored bytes unless it is known."""
 
         def decompressed(stored: bytes) -> bytes:
-            data = self._cache.get(chunk.offset)
+            data = self._cache.pop(chunk.offset, None)
             if data is None:
                 cut = self._scan.cut and chunk is self._scan.chunks[-1]
                 unpack = decompress_prefix if cut else decompress
                 data = unpack(stored, chunk.method, chunk.size)
-                self._cache.put(chunk.offset, data, len(data))
+            self._cache[chunk.offset] = data
+            while len(self._cache) > 1 and sum(map(len, self._cache.values())) > MAX_CACHE:
+                self._cache.popitem(last=False)
             return data
 
         return decompressed
@@ -158,7 +145,17 @@ class Ros1Storage:
             return False
         for record in found.connections:
             self._learn(record)
+        seen: set[int] = set()
         for chunk in found.chunks:
+            connections = {connection for connection, _, _ in chunk.indexes}
+            if connections - seen:
+                # The first chunk with a connection describes it, too, maybe under a checksum.
+                seen |= connections
+                try:
+                    for _ in self._records_in(self._content(chunk)):
+                        pass
+                except DamagedError:
+                    return False
             for stamp, connection, offset in chunk.listed(self._file):
                 self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
         self._use()
@@ -166,14 +163,11 @@ class Ros1Storage:
 
     def _index_content(self) -> None:
         """Index every chunk by what is in it, up to its first damaged record."""
-        self._indexed = True
-        self._known.clear()
         self._entries.clear()
         marks: set[tuple[int, int]] = set()
         for place, chunk in enumerate(self._scan.chunks):
             try:
-                stored = self._file.read(chunk.at, chunk.stored)
-                data = self._library.chunks[chunk.offset].decompressor(stored)
+                data = self._content(chunk)
                 mark = len(data), crc32(data)
                 if data and mark in marks:
                     raise DamagedError('Expected every chunk once, got the same one again.')
@@ -182,8 +176,9 @@ class Ros1Storage:
                 self._lose(f'chunk {place} cannot be read: {error}')
                 continue
             self._index_chunk(place, chunk, data)
-        # The index at the end has no checksum: where something is wrong, it is not believed.
-        if self._log.complete or self._salvage:
+        # The index at the end has no checksum: where something is wrong, it is not believed more
+        # than the messages.
+        if self._log.complete or self._to_repair or not self.checksums:
             for record in self._scan.connections:
                 self._learn(record)
         self._use()
@@ -192,22 +187,14 @@ class Ros1Storage:
         """Index a chunk by its own records; a message its index record denies is dropped."""
         promised = chunk.listed(self._file)
         found, dropped = 0, 0
-        reader = ByteReader(data)
         try:
-            while reader.left:
-                offset = reader.at
-                fields = fields_of(reader.block())
-                reader.block()
-                op = number(fields, 'op', 1)
-                if op == Op.CONNECTION:
-                    self._learn(data[offset : reader.at])
-                elif op == Op.MESSAGE:
-                    stamp, connection = time_of(fields), number(fields, 'conn', 4)
-                    found += 1
-                    if promised and (stamp, connection, offset) not in promised:
-                        dropped += 1
-                    else:
-                        self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
+            for entry in self._records_in(data):
+                found += 1
+                if promised and entry not in promised:
+                    dropped += 1
+                else:
+                    stamp, connection, offset = entry
+                    self._entries[connection].append(_Entry(stamp, chunk.offset, offset))
         except DamagedError as error:
             if not (self._scan.cut and chunk is self._scan.chunks[-1]):
                 self._lose(f'chunk {place} is damaged inside: {error}')
@@ -218,6 +205,24 @@ class Ros1Storage:
             )
         if sum(self.counts.values()) > MAX_MESSAGES:
             raise DamagedError(f'Expected at most {MAX_MESSAGES} messages in a bag.')
+
+    def _content(self, chunk: ChunkPlace) -> bytes:
+        """What is in a chunk."""
+        stored = self._file.read(chunk.at, chunk.stored)
+        return self._library.chunks[chunk.offset].decompressor(stored)
+
+    def _records_in(self, data: bytes) -> Iterator[tuple[int, int, int]]:
+        """(time in ns, connection, offset) of the messages of a chunk; learns its connections."""
+        reader = ByteReader(data)
+        while reader.left:
+            offset = reader.at
+            fields = fields_of(reader.block())
+            reader.block()
+            op = number(fields, 'op', 1)
+            if op == Op.CONNECTION:
+                self._learn(data[offset : reader.at])
+            elif op == Op.MESSAGE:
+                yield time_of(fields), number(fields, 'conn', 4), offset
 
     def _use(self) -> None:
         """Have the library read by this index from now on."""
@@ -234,7 +239,7 @@ class Ros1Storage:
 
     def _learn(self, record: bytes) -> None:
         """Keep a connection record; of one that is described in two ways nothing is believed."""
-        parser = Reader(self._library.path)
+        parser = Reader(self._path)
         parser.bio = BytesIO(record)
         try:
             connection = parser.read_connection()
@@ -242,6 +247,3 @@ class Ros1Storage:
             raise DamagedError(f'Expected a connection: {error}') from None
         if self._known.setdefault(connection.id, connection)[1:4] != connection[1:4]:
             self._doubtful.add(connection.id)
-
-    def _lose(self, why: str) -> None:
-        self._log.lost(self.name, why)

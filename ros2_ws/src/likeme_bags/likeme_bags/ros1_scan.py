@@ -56,21 +56,21 @@ class Scan:
     whole: bool = True
 
 
-def scan(file: FileBytes, log: BagWarnings, salvage: bool = False) -> Scan:
+def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
     """Walk over all records; what no record explains is warned of and stepped over.
 
-    salvage: a bag that ends too early is what one came to mend, and no loss of what it holds.
+    to_repair: a bag that ends too early is what one came to mend, and no loss of what it holds.
     """
     if file.read(0, len(MAGIC)) != MAGIC:
         begin = file.read(0, len(MAGIC))
         raise DamagedError(
             f'Expected a ROS 1 bag of format 2.0, got one that begins with {begin!r}.'
         )
-    found, at, end_is_loss = Scan(), len(MAGIC), log.remark if salvage else log.loss
+    found, at, end_is_loss = Scan(), len(MAGIC), log.remark if to_repair else log.loss
     while at < file.size:
         try:
             fields, body, size = head_at(file, at)
-            if not _take(found, file, fields, (at, body, size), salvage):
+            if not _take(found, file, fields, (at, body, size), to_repair):
                 found.whole = False
                 end_is_loss(Subject.INDEX, f'{file.name} was not closed by its writer.')
             if body + size > file.size:
@@ -109,7 +109,7 @@ def _compare(found: Scan, name: str, log: BagWarnings) -> None:
 
 
 def _take(
-    found: Scan, file: FileBytes, fields: Fields, place: tuple[int, int, int], salvage: bool
+    found: Scan, file: FileBytes, fields: Fields, place: tuple[int, int, int], to_repair: bool
 ) -> bool:
     """Keep what one record says; False: it says that the bag was not closed."""
     at, body, size = place
@@ -123,9 +123,10 @@ def _take(
             raise DamagedError(f'Expected compression none, bz2 or lz4, got {method!r}.')
         if len(found.chunks) >= MAX_CHUNKS:
             raise DamagedError(f'Expected at most {MAX_CHUNKS} chunks, got more.')
-        found.cut = body + size > file.size
-        if found.cut and not salvage:
+        cut = body + size > file.size
+        if cut and not to_repair:
             raise DamagedError(f'Expected a chunk of {size} bytes, got {file.size - body}.')
+        found.cut = cut
         stored = min(size, MAX_BLOCK, file.size - body)
         unpacked = number(fields, 'size', 4)
         found.chunks.append(ChunkPlace(at, body, stored, unpacked, method, []))

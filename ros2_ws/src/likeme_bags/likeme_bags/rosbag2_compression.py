@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import bz2
-import gzip
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import IO, Any
-
-import lz4.frame
-from backports import zstd
+from typing import BinaryIO
 
 from likeme_bags.bag_warnings import BagWarnings, Subject
-from likeme_bags.compression import decompress_all
+from likeme_bags.compression import DECOMPRESSION_ERRORS, decompress_all, decompressor
 from likeme_bags.errors import BagError, DamagedError
 from likeme_bags.limits import MAX_BLOCK, MAX_UNPACKED
 
-_STEP = 4 * 2**20
+_STEP = 2**20
 # Disk space that is left alone, bytes.
 _SPARE = 2**30
-# How a compressed file begins, and what opens it. No storage file and no CDR message begins so.
-_OPENERS: Mapping[bytes, tuple[str, Callable[..., IO[bytes]]]] = {
-    b'\x28\xb5\x2f\xfd': ('zstd', zstd.open),
-    b'\x04\x22\x4d\x18': ('lz4', lz4.frame.open),
-    b'BZh': ('bz2', bz2.open),
-    b'\x1f\x8b': ('gzip', gzip.open),
+# How compressed data begins. No storage file and no CDR message does.
+_MAGIC: Mapping[bytes, str] = {
+    b'\x28\xb5\x2f\xfd': 'zstd',
+    b'\x04\x22\x4d\x18': 'lz4',
+    b'BZh': 'bz2',
 }
 # Endings that compressed files have.
-ENDINGS = ('.zstd', '.zst', '.lz4', '.bz2', '.gz')
+ENDINGS = ('.zstd', '.zst', '.lz4', '.bz2')
 
 
 def without_ending(name: str) -> str:
@@ -37,8 +31,8 @@ def without_ending(name: str) -> str:
 
 
 def compression_of(begin: bytes) -> str:
-    """'zstd', 'lz4', 'bz2', 'gzip', or '' by the first bytes."""
-    return next((name for magic, (name, _) in _OPENERS.items() if begin.startswith(magic)), '')
+    """'zstd', 'lz4', 'bz2' or '' by the first bytes."""
+    return next((name for magic, name in _MAGIC.items() if begin.startswith(magic)), '')
 
 
 def decompress_file(packed: Path, folder: Path, log: BagWarnings) -> Path:
@@ -49,25 +43,36 @@ def decompress_file(packed: Path, folder: Path, log: BagWarnings) -> Path:
     """
     target = folder / without_ending(packed.name)
     room = min(MAX_UNPACKED, shutil.disk_usage(folder).free - _SPARE)
-    with packed.open('rb') as file:
-        method = compression_of(file.read(4))
-    opener: Any = dict(_OPENERS.values()).get(method)
-    if opener is None:
-        raise BagError(f'Expected a file compressed by zstd, lz4, bz2 or gzip, got {packed.name}.')
     written = 0
     try:
-        with opener(packed, 'rb') as source, target.open('wb') as sink:
-            while data := source.read1(_STEP):
-                written += len(data)
+        with packed.open('rb') as source, target.open('wb') as sink:
+            for part in _decompressed(source):
+                written += len(part)
                 if written > room:
                     raise BagError(f'{packed.name} unpacks to more than {room} bytes.')
-                sink.write(data)
-    except (zstd.ZstdError, EOFError, RuntimeError, ValueError, OSError) as error:
-        sentence = f'{packed.name} is damaged after {written} unpacked bytes: {error}.'
+                sink.write(part)
+    except (DamagedError, *DECOMPRESSION_ERRORS) as error:
+        sentence = f'{packed.name} is damaged after {written} unpacked bytes: {error}'
         log.loss(Subject.FILES, sentence)
     if not written:
-        raise BagError(f'Expected a file compressed by {method}, got nothing of {packed.name}.')
+        raise BagError(f'Expected a compressed bag, got nothing out of {packed.name}.')
     return target
+
+
+def _decompressed(source: BinaryIO) -> Iterator[bytes]:
+    """Part by part what one compressed stream after the other unpacks to."""
+    data = source.read(_STEP)
+    method = compression_of(data)
+    machine = decompressor(method)
+    while data:
+        if machine.eof:
+            machine = decompressor(method)
+        yield machine.decompress(data, _STEP)
+        while not (machine.eof or machine.needs_input):
+            yield machine.decompress(b'', _STEP)
+        data = (machine.eof and machine.unused_data) or source.read(_STEP)
+    if not machine.eof:
+        raise DamagedError('it ends before its compressed stream does.')
 
 
 def decompress_message(data: bytes) -> bytes:
@@ -79,6 +84,6 @@ def decompress_message(data: bytes) -> bytes:
     if not data or data[0] == 0:
         return data
     method = compression_of(data[:4])
-    if method not in ('zstd', 'lz4', 'bz2'):
+    if not method:
         raise DamagedError(f'Expected CDR, or a message compressed by zstd, got {data[:4]!r}.')
     return decompress_all(data, method, MAX_BLOCK)

@@ -6,8 +6,7 @@ it does not know or one QoS profile that does not parse; so it is given an opene
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import ExitStack
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from likeme_bags.errors import READ_ERRORS, BagError, DamagedError
 from likeme_bags.limits import MAX_BLOCK, MAX_TOPICS
 from likeme_bags.sorted_copy import sorted_copy
 from likeme_bags.sqlite_salvage import readable, rows_of
-from likeme_bags.storage import Attachment, Channel
+from likeme_bags.storage import Channel, Storage
 
 # Files up to this size are always checked page by page, bytes.
 _CHECKED_SIZE = 2**26
@@ -34,28 +33,23 @@ _DEFINITION = ('topic_type', 'type_description_hash', 'encoded_message_definitio
 _TOPIC = ('name', 'type', 'serialization_format', 'offered_qos_profiles', 'type_description_hash')
 
 
-class SqliteStorage:
+class SqliteStorage(Storage):
     """One .db3 file, opened immutable: not even a journal is written beside it.
 
     Where the library fails, or rows are missing, the rows that can be read are copied.
     thorough: check every page, also of a large file.
     """
 
-    attachments: tuple[Attachment, ...] = ()
+    channels: dict[int, Channel] = {}  # noqa: RUF012
+    counts: dict[int, int] = {}  # noqa: RUF012
     # sqlite3 has none.
     checksums = False
 
     def __init__(self, path: Path, log: BagWarnings, thorough: bool = False) -> None:
-        self.name = path.name
-        self.channels: dict[int, Channel] = {}
-        # Messages by id of their topic.
-        self.counts: Mapping[int, int] = {}
-        self._log = log
+        super().__init__(path, log)
         self._steps = 0
-        self._salvaged = False
-        self._stack = ExitStack()
         try:
-            self._open(readable(path, log, self._stack))
+            self._open(readable(path, log, self._opened))
             self._read_channels()
             try:
                 self._check(thorough or path.stat().st_size <= _CHECKED_SIZE)
@@ -67,11 +61,6 @@ class SqliteStorage:
         except BaseException:
             self.release()
             raise
-
-    @property
-    def connections(self) -> Collection[Connection]:
-        """All topics, for `messages`."""
-        return self._reader.connections
 
     @property
     def span(self) -> tuple[int, int]:
@@ -92,19 +81,10 @@ class SqliteStorage:
         rows = self._rows(f'SELECT timestamp {_VALID} AND topic_id = ? ORDER BY 1', channel)
         return np.array([row[0] for row in rows], np.int64)
 
-    def release(self) -> None:
-        """Close the file, and remove temporary copies."""
-        self._stack.close()
-
-    def salvage(self, why: str) -> bool:
-        """Copy the rows that can be read; False when that was done before."""
-        if self._salvaged:
-            return False
-        self._salvaged = True
-        self._log.loss(Subject.CHUNKS, f'{self.name} is damaged: {why.splitlines()[-1]}')
-        self._reader = sorted_copy(self.connections, self._whole_rows(), self._stack)
+    def _index_content(self) -> None:
+        """Copy the rows that can be read."""
+        self._reader = sorted_copy(self.connections, self._whole_rows(), self._opened)
         self._count()
-        return True
 
     def _whole_rows(self) -> Iterator[tuple[Connection, int, bytes]]:
         """What can be read of the rows, and can be a message."""
@@ -122,7 +102,7 @@ class SqliteStorage:
             f'{path.absolute().as_uri()}?immutable=1',
             flags=apsw.SQLITE_OPEN_READONLY | apsw.SQLITE_OPEN_URI,
         )
-        self._stack.callback(self._db.close)
+        self._opened.callback(self._db.close)
         self._db.limit(apsw.SQLITE_LIMIT_LENGTH, MAX_BLOCK)
         self._db.set_progress_handler(self._step, 1_000_000)
         self._db.execute('PRAGMA trusted_schema = OFF; PRAGMA cell_size_check = ON')
@@ -155,29 +135,37 @@ class SqliteStorage:
         return list(self._reader.dbconn.execute(query, values))
 
     def _read_channels(self) -> None:
-        if not {'name', 'type'} <= self._columns('topics') or 'data' not in self._columns(
-            'messages'
-        ):
+        topics, messages = self._columns('topics'), self._columns('messages')
+        if not {'name', 'type'} <= topics or 'data' not in messages:
             raise BagError(f"Expected tables 'topics' and 'messages' in {self.name}, got none.")
-        definitions: dict[tuple[str, str], list[str]] = {}
-        try:
-            for _, kind, type_hash, text, encoding in self._texts(
-                'message_definitions', _DEFINITION
-            ):
-                if text:
-                    definitions.setdefault((kind, type_hash), (text, encoding))
-                    definitions.setdefault((kind, ''), (text, encoding))
-        except READ_ERRORS as error:
-            sentence = f'{self.name}: message definitions cannot be read: {error}.'
-            self._log.remark(Subject.CHUNKS, sentence)
+        definitions = self._definitions()
+        self.channels = {}
         for key, name, kind, serialization, qos, type_hash in self._texts('topics', _TOPIC):
             if not (name and kind):
                 self._lose(f'topic {key!r} has no readable name or type')
                 continue
             # A type may be defined in more than one way.
-            own = definitions.get((kind, type_hash)) or definitions.get((kind, ''), ['', ''])
-            self.channels[key] = Channel(name, kind, serialization or 'cdr', qos, *own, type_hash)
-        self._reader.connections = [c.connection(key) for key, c in self.channels.items()]
+            text, encoding = definitions.get((kind, type_hash)) or definitions.get(
+                (kind, ''), ('', '')
+            )
+            self.channels[key] = Channel(
+                name, kind, serialization or 'cdr', qos, text, encoding, type_hash
+            )
+        self._reader.connections = list(self.connections)
+
+    def _definitions(self) -> dict[tuple[str, str], tuple[str, str]]:
+        """Definition and its language, by type and hash; the first of a type by '' as well."""
+        found: dict[tuple[str, str], tuple[str, str]] = {}
+        try:
+            rows = self._texts('message_definitions', _DEFINITION)
+        except READ_ERRORS as error:
+            sentence = f'{self.name}: message definitions cannot be read: {error}.'
+            self._log.remark(Subject.CHUNKS, sentence)
+            return {}
+        for _, kind, type_hash, text, encoding in rows:
+            for key in ((kind, type_hash), (kind, '')) if text else ():
+                found.setdefault(key, (text, encoding))
+        return found
 
     def _columns(self, table: str) -> set[str]:
         return {str(row[1]) for row in self._rows(f'PRAGMA table_info({table})')}
@@ -193,6 +181,3 @@ class SqliteStorage:
             (row[0], *((each or b'').decode('utf-8', 'replace') for each in row[1:]))
             for row in rows
         ]
-
-    def _lose(self, why: str) -> None:
-        self._log.lost(self.name, why)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import NamedTuple, Protocol
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +17,13 @@ from rosbags.interfaces import (
     MessageDefinitionFormat,
 )
 
-from likeme_bags.bag_warnings import BagWarnings
+from likeme_bags.bag_warnings import BagWarnings, Subject
 from likeme_bags.errors import READ_ERRORS, DamagedError
+from likeme_bags.file_bytes import FileBytes
 
 MAX_STAMP = 2**63 - 1
+# An attachment is copied in parts of this size, bytes.
+_PART = 2**20
 
 
 class Channel(NamedTuple):
@@ -47,48 +53,85 @@ class Attachment(NamedTuple):
 
     kind: str
     name: str
-    record: bytes
+    file: FileBytes
+    # Offset and size of the record.
+    at: int
+    size: int
+
+    def parts(self) -> Iterator[bytes]:
+        """The record, in parts that fit into memory."""
+        for at in range(self.at, self.at + self.size, _PART):
+            yield self.file.read(at, min(_PART, self.at + self.size - at))
 
     def __str__(self) -> str:
-        return f"{self.kind} '{self.name}' ({len(self.record)} bytes)"
+        return f"{self.kind} '{self.name}' ({self.size} bytes)"
 
 
-class Storage(Protocol):
-    """One opened file. The ids of the library's connections are those of the channels."""
+class Storage(ABC):
+    """One opened file, whose index is checked and whose messages the library reads."""
 
-    name: str
-    channels: Mapping[int, Channel]
-    attachments: Sequence[Attachment]
+    def __init__(self, path: Path, log: BagWarnings, to_repair: bool = False) -> None:
+        """to_repair: a file that ends too early is no loss, and its cut end is read, too."""
+        self.name = path.name
+        self.attachments: list[Attachment] = []
+        self._path, self._log, self._to_repair = path, log, to_repair
+        self._opened = ExitStack()
+        self._salvaged = False
+
+    @property
+    @abstractmethod
+    def channels(self) -> Mapping[int, Channel]:
+        """All topics by id."""
 
     @property
     def connections(self) -> Collection[Connection]:
-        """All topics, for `messages`."""
+        """The topics for `messages`, by the same ids."""
+        return [channel.connection(key) for key, channel in self.channels.items()]
 
     @property
+    @abstractmethod
     def counts(self) -> Mapping[int, int]:
         """Messages by id of their channel."""
 
     @property
+    @abstractmethod
     def span(self) -> tuple[int, int]:
         """Log times of the first and the last message, ns; only when there are messages."""
 
     @property
+    @abstractmethod
     def checksums(self) -> bool:
         """Whether checksums cover every message, so that a flipped bit is noticed."""
 
+    @abstractmethod
     def messages(
         self, connections: Collection[Connection], start: int | None, stop: int | None
     ) -> Iterator[tuple[Connection, int, bytes]]:
         """Messages in the order of log times, as the library reads them."""
 
+    @abstractmethod
     def stamps(self, channel: int) -> NDArray[np.int64]:
         """Log times of a channel's messages, ns, rising; shape (n,)."""
 
+    @abstractmethod
+    def _index_content(self) -> None:
+        """Index the file by its content, without what is damaged."""
+
     def salvage(self, why: str) -> bool:
-        """Index the file by its content, without what is damaged; False when it is already."""
+        """Index the file by its content, as its index failed; False when that was done before."""
+        if self._salvaged:
+            return False
+        self._salvaged = True
+        self._log.loss(Subject.CHUNKS, f'{self.name} is damaged: {why.splitlines()[-1]}')
+        self._index_content()
+        return True
 
     def release(self) -> None:
         """Close the file, and remove temporary copies."""
+        self._opened.close()
+
+    def _lose(self, why: str) -> None:
+        self._log.lost(self.name, why)
 
 
 def read(
@@ -122,7 +165,8 @@ def read(
                 continue
             log.lost(storage.name, f'reading ends at {last} ns: {error}')
             return
-        expected = sum(storage.counts.get(key, 0) for key in ids)
+        counts = storage.counts
+        expected = sum(counts.get(key, 0) for key in ids)
         if start is None and stop is None and total < expected:
             log.lost(storage.name, f'{total} messages read, expected {expected}')
         return

@@ -1,11 +1,12 @@
-"""The rosbags library's writers of storage files, with what they leave out.
+"""The rosbags library's writers of storage files, with checksums and a schema per definition.
 
-rosbags writes no checksums into MCAP chunks; without one, a flipped bit in an image goes unseen. A
-type whose definition nobody has is written with none rather than refused.
+rosbags writes no checksums into MCAP chunks, so that a flipped bit in an image is not noticed, and
+one schema for all definitions of a type. A type without a definition is written without one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import SEEK_END
 from pathlib import Path
 from zlib import crc32
@@ -64,11 +65,11 @@ class CheckedMcapWriter(McapWriter):
                 write_schema(self.chunk.bio, self.schemas[-1])
         super().add_connection(connection._replace(msgtype=name), offered_qos_profiles)
 
-    def add_attachment(self, record: bytes) -> None:
+    def add_attachment(self, record: Iterable[bytes]) -> None:
         """An attachment or a metadata record of another file, between the chunks of this one."""
         if self.chunk.msgs:
             self.close_chunk()
-        self.bio.write(record)
+        self.bio.writelines(record)
 
     def write(self, connection: Connection, timestamp: int, data: bytes | memoryview) -> None:
         """One message; in a new chunk after all types and topics."""
@@ -112,7 +113,7 @@ class CheckedMcapWriter(McapWriter):
         self.bio.flush()
 
 
-class HonestSqliteWriter(Sqlite3Writer):
+class SqliteWriter(Sqlite3Writer):
     """rosbags' sqlite3 writer; what is not known stays empty."""
 
     def add_msgtype(self, connection: Connection) -> None:

@@ -20,8 +20,8 @@ from likeme_bags.storage_writers import (
     NO_HASH,
     STORAGES,
     CheckedMcapWriter,
-    HonestSqliteWriter,
     OwnName,
+    SqliteWriter,
     hashed,
 )
 from likeme_bags.typestores import jazzy_definition, layout
@@ -37,7 +37,7 @@ class _Writer(Writer):
     # What the library declares is a mapping of classes, too.
     STORAGE_PLUGINS = {  # noqa: RUF012
         StoragePlugin.MCAP: CheckedMcapWriter,
-        StoragePlugin.SQLITE3: HonestSqliteWriter,
+        StoragePlugin.SQLITE3: SqliteWriter,
     }
 
 
@@ -134,8 +134,8 @@ class BagWriter:
         file = self._writer.storage
         if not isinstance(file, CheckedMcapWriter):
             return False
-        with self._spoken():
-            file.add_attachment(attachment.record)
+        with self._raising_bag_errors():
+            file.add_attachment(attachment.parts())
         return True
 
     def write(self, record: Record) -> None:
@@ -143,24 +143,24 @@ class BagWriter:
         connection = self._connections.get(record.key)
         if connection is None:
             raise BagError(f'Expected a topic that was added, got {record.topic} ({record.type}).')
-        with self._spoken():
+        with self._raising_bag_errors():
             self._writer.write(connection, record.stamp, record.data)
 
     def flush(self) -> None:
         """Close the pending chunk, so that what was written survives the end of this process."""
         file = self._writer.storage
-        if isinstance(file, CheckedMcapWriter | HonestSqliteWriter):
-            with self._spoken():
+        if isinstance(file, CheckedMcapWriter | SqliteWriter):
+            with self._raising_bag_errors():
                 file.flush()
 
     def close(self) -> None:
         """Write index and metadata.yaml."""
-        with self._spoken():
+        with self._raising_bag_errors():
             self._writer.close()
 
     @contextmanager
-    def _spoken(self) -> Iterator[None]:
-        """A full disk and the like, as one sentence."""
+    def _raising_bag_errors(self) -> Iterator[None]:
+        """Raise errors of the disk as BagError."""
         try:
             yield
         except (OSError, sqlite3.Error) as error:
