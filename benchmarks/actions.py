@@ -1,7 +1,8 @@
 """How the simulated robot's six actions end for each object, beside the real robot's trials.
 
 Headless: the whole cell with all three toys, the others on the floor. Perception is replaced by an
-error model (see likeme_arm_sim/offline.py), and success is read from the simulator's true states.
+error model (see likeme_arm_sim/headless_trial.py), and success is read from the simulator's true
+states.
 `--seeds N` (10): trials of each object, initial state and action. The bar: rows of the 36 whose
 real counts an exact multinomial test at 0.05 does not distinguish from the simulated ones.
 """
@@ -11,7 +12,7 @@ from __future__ import annotations
 import argparse
 
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.offline import Eye, settle
+from likeme_arm_sim.headless_trial import SimulatedPerception, wait_until_at_rest
 from likeme_arm_sim.scene import OBJECTS, Scene
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, State
@@ -27,8 +28,8 @@ def final_states(cell: Cell, name: str, x_i: State, action: Action, seeds: int) 
     others = [other for other in OBJECTS if other != name]
     for seed in range(FRESH, FRESH + seeds):
         cell.reset([*others, name], [State.OFFTABLE, State.OFFTABLE, x_i], seed)
-        cell.run_action(Actor.ROBOT, name, action, Eye(cell, seed).look)
-        settle(cell, name)
+        cell.run_action(Actor.ROBOT, name, action, SimulatedPerception(cell, seed).look)
+        wait_until_at_rest(cell, name)
         state = cell.true_states()[name].state
         assert state is not None, 'The true state is always known.'
         counts[state] += 1

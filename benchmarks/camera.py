@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import report
-from likeme_arm_sim.backdrop import cell_background
-from likeme_arm_sim.hand import Posture, hand_parts
+from likeme_arm_sim.background import cell_background
+from likeme_arm_sim.hand_shapes import Posture, hand_parts
 from likeme_arm_sim.kinect import Kinect
 from likeme_arm_sim.kinematics import PANDA_URDF
 from likeme_arm_sim.meshes import Floats
-from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody
 from likeme_arm_sim.scene import CameraMount, Scene
 from likeme_arm_sim.toys import TOYS

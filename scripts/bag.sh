@@ -3,14 +3,14 @@
 #
 # Works with recorded bags: rosbag2 folders (MCAP, sqlite3), loose files of them, ROS 1 .bag files.
 #
-#   info BAG                     what is in it
-#   doctor BAG                   is it whole, and does it make sense: one line a check
-#   cut BAG --out NEW            a part of it: --start S --end S (from its beginning), --topics NAME
-#   merge BAG BAG... --out NEW   several in one
-#   repair BAG [--out NEW]       what a crash or a full disk left, mended into a new folder
+#   info BAG                     topics, message counts, rates and times
+#   doctor BAG                   checks of the files and their messages, one line each
+#   cut BAG --out NEW            a time range or some topics: --start S --end S --topics NAME
+#   merge BAG BAG... --out NEW   several bags as one
+#   repair BAG [--out NEW]       all that can be read, in a new bag with index and metadata.yaml
 #   export BAG --format lerobot|csv|mp4 --out FOLDER
 #
-# No command changes the bag it reads; repair --in-place keeps it under another name.
+# No command changes the bag it reads; repair --in-place renames it.
 # Exit codes: 0 done, 1 failed or messages are missing, 2 usage. All options: bag.sh COMMAND --help
 
 set -euo pipefail

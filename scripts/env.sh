@@ -38,13 +38,29 @@ fi
 export VIRTUAL_ENV=$LIKEME_VENV
 case :$PATH: in *:"$LIKEME_VENV/bin":*) ;; *) export PATH=$LIKEME_VENV/bin:$PATH ;; esac
 
-if [[ -f $LIKEME_ROOT/ros2_ws/install/local_setup.bash && -z ${LIKEME_NO_WORKSPACE:-} ]]; then
-  case $- in *u*) _likeme_u=1 ;; *) _likeme_u= ;; esac
-  set +u
-  source "$LIKEME_ROOT/ros2_ws/install/local_setup.bash"
-  [[ -z $_likeme_u ]] || set -u
-  unset _likeme_u
+# What ros2_ws/install/local_setup.bash would set; colcon writes that file without quotes, so it
+# fails in a folder whose path has a space.
+_likeme_prepend() { [[ :${!1:-}: == *:"$2":* ]] || export "$1=$2${!1:+:${!1}}"; }
+if [[ -z ${LIKEME_NO_WORKSPACE:-} ]]; then
+  for _likeme_prefix in "$LIKEME_ROOT"/ros2_ws/install/*/; do
+    _likeme_prefix=${_likeme_prefix%/}
+    _likeme_name=${_likeme_prefix##*/}
+    [[ -d $_likeme_prefix/share/ament_index ]] || continue
+    _likeme_prepend AMENT_PREFIX_PATH "$_likeme_prefix"
+    [[ ! -d $_likeme_prefix/share/$_likeme_name/cmake ]] || _likeme_prepend CMAKE_PREFIX_PATH "$_likeme_prefix"
+    for _likeme_path in "$_likeme_prefix"/lib/python3.*/site-packages; do
+      [[ ! -d $_likeme_path ]] || _likeme_prepend PYTHONPATH "$_likeme_path"
+    done
+    for _likeme_path in "$_likeme_prefix"/lib/*.so; do
+      [[ ! -f $_likeme_path ]] || _likeme_prepend LD_LIBRARY_PATH "$_likeme_prefix/lib"
+    done
+    # With --symlink-install a Python package is imported from its build folder.
+    _likeme_path=$LIKEME_ROOT/ros2_ws/build/$_likeme_name
+    [[ ! -d $_likeme_path/$_likeme_name.egg-info ]] || _likeme_prepend PYTHONPATH "$_likeme_path"
+  done
 fi
+unset -f _likeme_prepend
+unset _likeme_prefix _likeme_name _likeme_path
 
 # This host only, until somebody says otherwise (start_cell.sh --network).
 export ROS_AUTOMATIC_DISCOVERY_RANGE=${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}

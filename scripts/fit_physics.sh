@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Usage: scripts/fit_physics.sh [OPTION...]
 #
-# Fits the free parameters of the simulated cell (likeme_arm_sim/fitted.py) to the real robot's
+# Fits the free parameters of the simulated cell (likeme_arm_sim/fitted_parameters.py) to the real robot's
 # trials and prints the simulated counts beside the real ones: how many of the 36 rows pass an exact
 # multinomial test at 0.05, and how many of those that the search did not use.
 #

@@ -1,7 +1,9 @@
-"""Make the CMake files of the ROS 2 wheels name this Python's headers instead of their builder's.
+"""Mend two faults in the CMake files of the ROS 2 wheels.
 
 Twenty-odd files under share/*/cmake carry the include folders of the machine the wheels were made
-on. Run with the Python of the virtual environment; running it again changes nothing.
+on: they get this Python's. One reads a list of files as ASCII, which cuts paths that have other
+letters: it gets the encoding. Run with the Python of the virtual environment; running it again
+changes nothing.
 """
 
 from __future__ import annotations
@@ -14,12 +16,15 @@ from pathlib import Path
 
 BUILDER = r'/opt/python/cp3\d+-cp3\d+'
 NUMPY_HEADERS = re.compile(BUILDER + r'/lib/python3\.\d+/site-packages/numpy/_?core/include')
+FILE_LIST = re.compile(r'file\(STRINGS "\$\{idl_output\}" idl_tuples\)')
 PYTHON_HEADERS = re.compile(BUILDER + r'/include/python3\.\d+')
 
 
 def patched(text: str, python_headers: str, numpy_headers: str) -> str:
-    """The text with the builder's two include folders replaced."""
-    return PYTHON_HEADERS.sub(python_headers, NUMPY_HEADERS.sub(numpy_headers, text))
+    """The text with this Python's include folders, and with the file list read as UTF-8."""
+    text = NUMPY_HEADERS.sub(lambda _: numpy_headers, text)
+    text = PYTHON_HEADERS.sub(lambda _: python_headers, text)
+    return FILE_LIST.sub(lambda _: 'file(STRINGS "${idl_output}" idl_tuples ENCODING UTF-8)', text)
 
 
 def main(prefix: Path) -> int:

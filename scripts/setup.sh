@@ -9,6 +9,8 @@
 #
 # ROS 2 Jazzy comes from /opt/ros/jazzy when that is there, else from wheels.
 # LIKEME_PYTHON=/path/to/python3.11 chooses the interpreter; LIKEME_PYTHON=managed has uv fetch one.
+# The folder's path may have letters of any script, digits, spaces and _ . + - @ ~; other characters
+# do not survive colcon, CMake, make and the linker.
 # Exit codes: 0 ready, 1 failed, 2 usage, 3 system packages are missing (the line to paste is printed).
 
 set -euo pipefail
@@ -84,6 +86,19 @@ env_is_current() {
     [[ -z ${LIKEME_PYTHON:-} || $(<"$STATE/python") == "$LIKEME_PYTHON" ]]
 }
 ws_is_current() { [[ -f $WS/install/setup.bash && -f $STATE/ws && $(<"$STATE/ws") == "$WS_KEY" ]]; }
+
+# Refuses a path that the build would fail in, before anything is downloaded.
+check_path() {
+  local LC_ALL=C wrong
+  wrong=${LIKEME_ROOT//[A-Za-z0-9 _.+@~\/$'\200'-$'\377'-]/}
+  wrong=${wrong:0:1}
+  [[ -z $wrong ]] ||
+    fail "the path of this folder may have letters, digits, spaces and _ . + - @ ~ only, not ${wrong@Q}: ${LIKEME_ROOT@Q}"
+  iconv -f UTF-8 -t UTF-8 <<<"$LIKEME_ROOT" >/dev/null 2>&1 || fail "the path of this folder is not UTF-8: ${LIKEME_ROOT@Q}"
+  # patch_wheels.py mends the wheels for other letters; a distribution's files are not ours to change.
+  [[ ! -f $LIKEME_ROS_PREFIX/setup.bash || $LIKEME_ROOT != *[$'\200'-$'\377']* ]] ||
+    fail "with $LIKEME_ROS_PREFIX the path of this folder may have ASCII letters only: $LIKEME_ROOT"
+}
 
 # runs PYTHON 3.11: whether it is there and really starts (a pyenv shim may not) in that version.
 runs() { [[ $("$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null) == "$2" ]]; }
@@ -256,7 +271,12 @@ run_colcon() {
 build_workspace() {
   rm -f "$STATE/ws"
   # A build folder of another environment or place confuses CMake: once more from nothing.
-  run_colcon || { rm -rf $WS/build $WS/install && run_colcon; }
+  { run_colcon || { rm -rf $WS/build $WS/install && run_colcon; }; } && repair_shebangs
+}
+# setuptools quotes the path of a Python that has a space in it, and the kernel knows no quotes.
+repair_shebangs() {
+  { find $WS/install/*/lib -type f -perm -u+x -exec grep -lZ '^#!"' {} + || true; } |
+    xargs -0r sed -i "1s|^#!\"\(.*\)\"\$|#!/bin/sh\n'''exec' '\1' \"\$0\" \"\$@\"\n' '''|"
 }
 make_workspace() {
   local count
@@ -275,6 +295,7 @@ for argument in "$@"; do
 done
 
 [[ $(uname -sm) == 'Linux x86_64' ]] || fail "needs Linux on x86-64 (the ROS 2 wheels are for that), this is $(uname -sm)."
+check_path
 ENV_KEY=$(env_key)
 WS_KEY=$(ws_key)
 if [[ -z $force ]] && env_is_current && ws_is_current; then exit 0; fi

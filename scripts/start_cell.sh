@@ -2,21 +2,25 @@
 # Usage: scripts/start_cell.sh [OPTION...]
 #
 # Starts the cell in the foreground: arm driver (with the simulated cell), perception, inference.
-# Ctrl-C ends every process. When one dies, the others are ended and the exit code is 1.
+# Ctrl-C ends every process, and so does SIGINT or SIGTERM, also when a script has started the cell
+# with `&`; under nohup it outlives the terminal. When one ends by itself, the others are ended and the
+# exit code is 1.
 #
 #   --only PART               start this part alone: arm, perception or inference; may be repeated
+#   --simulate PART           simulate this part alone: arm, person or camera; may be repeated. The others
+#                             are real: start their drivers yourself
 #   --network                 let nodes on other machines of the subnet take part (default: this host)
 #   --mode MODE               how the robot imitates: trajectory, goal_based, interactive or sequential
 #   --threshold P             ask for help below this predicted success, 0 to 1
 #   --actions N               budget of the sequential mode: act, look again, act again (default: 3)
 #   --seed N                  seed of the simulated cell
-#   --real-time-factor F      1: as in life; 0: as fast as it goes
+#   --real-time-factor F      1: real time; 0: as fast as possible
 #   --model FILE              another transition model of the robot
 #   --experience STORE        SQLite file or database URL: executed imitations improve the model
 #   --params FILE             ROS parameter file; likeme_bringup/config/cell.yaml has all names
 #   --domain N                ROS domain (default: ROS_DOMAIN_ID or 0)
 #
-# Exit codes: 0 ended by Ctrl-C, 1 a node died or did not start, or the part runs on this ROS domain
+# Exit codes: 0 ended by a signal, 1 a node died or did not start, or the part runs on this ROS domain
 # already, 2 usage.
 
 set -euo pipefail

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Usage: scripts/test.sh [--fast] [PYTEST ARGUMENT...]
+# Usage: scripts/test.sh [--fast] [--coverage] [PYTEST ARGUMENT...]
 #
 # Sets up (the first time) and runs all tests: tests/ and every package's test/ folder.
 #
-#   --fast   leave out the tests marked slow
+#   --fast       leave out the tests marked slow
+#   --coverage   print at the end which share of each file's lines ran, also in node processes
 #
 # Other arguments go to pytest, e.g. scripts/test.sh -k goal, scripts/test.sh tests/test_layering.py
 # The exit code is pytest's: 0 all passed, 1 some failed, 5 none chosen.
@@ -12,9 +13,19 @@ set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
 arguments=()
-if [[ ${1:-} == --fast ]]; then
-  arguments+=(-m 'not slow')
+coverage=
+while [[ ${1:-} == --fast || ${1:-} == --coverage ]]; do
+  case $1 in
+    --fast) arguments+=(-m 'not slow') ;;
+    --coverage) coverage=1 ;;
+  esac
   shift
-fi
+done
 cd "$here/.."
-exec "$here/run.sh" python -m pytest "${arguments[@]}" "$@"
+[[ -n $coverage ]] || exec "$here/run.sh" python -m pytest "${arguments[@]}" "$@"
+"$here/run.sh" coverage erase
+result=0
+"$here/run.sh" coverage run -m pytest "${arguments[@]}" "$@" || result=$?
+"$here/run.sh" coverage combine -q
+"$here/run.sh" coverage report
+exit $result

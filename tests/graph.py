@@ -29,7 +29,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 #: s in which a node process must have ended after SIGINT.
-GRACE = 10.0
+GRACE = 30.0
+#: Bounds are named for an idle machine; this many times longer is waited before a test fails.
+SLACK = 5
 
 
 class NodeProcess:
@@ -78,8 +80,8 @@ class NodeProcess:
             return self._process.wait(GRACE)
 
     def wait(self, timeout: float) -> int:
-        """Wait for it to end by itself; the exit code."""
-        return self._process.wait(timeout)
+        """Wait for it to end by itself, see SLACK; the exit code."""
+        return self._process.wait(SLACK * timeout)
 
 
 class Graph:
@@ -147,12 +149,15 @@ class Graph:
         return self.run(module.rpartition('.')[2], *command)
 
     def until(self, condition: Callable[[], Any], timeout: float, what: str) -> Any:
-        """Spin until a condition holds and give its value; fail with what was waited for."""
-        deadline = time.monotonic() + timeout
+        """Spin until a condition holds and give its value; fail with what was waited for.
+
+        timeout: s, see SLACK.
+        """
+        deadline = time.monotonic() + SLACK * timeout
         while not (value := condition()):
             left = deadline - time.monotonic()
             if left <= 0:
-                raise AssertionError(f'Expected {what} within {timeout:g} s, got nothing.')
+                raise AssertionError(f'Expected {what} within {SLACK * timeout:g} s, got nothing.')
             self._executor.spin_once(timeout_sec=min(left, 0.05))
         return value
 

@@ -20,7 +20,7 @@ from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
 pytestmark = pytest.mark.graph
-BOUND = 40.0
+BOUND = 120.0
 
 
 class StandIn(NamedTuple):

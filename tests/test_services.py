@@ -288,7 +288,7 @@ def operator(
         stdin=subprocess.DEVNULL if typed is None else None,
         capture_output=True,
         text=True,
-        timeout=40,
+        timeout=120,
         check=False,
     )
 
@@ -337,7 +337,7 @@ def test_the_operator_at_the_keyboard(cell: LiveCell) -> None:
             assert line, said
             said += line
         console.send_signal(signal.SIGINT)
-        said += console.communicate(timeout=20)[0]
+        said += console.communicate(timeout=60)[0]
     finally:
         console.kill()
     assert console.returncode == 0

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
+DISTRIBUTION = Path(os.environ.get('LIKEME_ROS_PREFIX', '/opt/ros/jazzy'), 'setup.bash')
 
 
 def plain_environment() -> dict[str, str]:
@@ -47,7 +48,9 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip('This tree is not a git clone.')
     if run('git', 'rev-parse', '--verify', '-q', 'HEAD', cwd=ROOT).returncode:
         pytest.skip('Nothing has been committed here.')
-    target = tmp_path_factory.mktemp('fresh') / 'likeme'
+    # With a distribution's ROS 2 the path must be ASCII.
+    letter = '' if DISTRIBUTION.exists() else 'é'
+    target = tmp_path_factory.mktemp('fresh') / f'like me{letter}'
     answer = run('git', 'clone', '-q', '--no-hardlinks', ROOT, target, cwd=ROOT, bound=120)
     assert answer.returncode == 0, answer.stderr
     return target
@@ -74,6 +77,47 @@ def test_an_unknown_argument_is_a_usage_error(clone: Path) -> None:
     assert "unknown argument '--fast'" in answer.stderr
 
 
+def scripts_in(folder: bytes | Path) -> bytes:
+    """A folder that holds the scripts alone; its path."""
+    path = os.fsencode(folder)
+    shutil.copytree(os.fsencode(ROOT / 'scripts'), path + b'/scripts')
+    return path
+
+
+def set_up(folder: bytes, **environment: str) -> subprocess.CompletedProcess[bytes]:
+    return subprocess.run(
+        [folder + b'/scripts/setup.sh'], env=plain_environment() | environment,
+        capture_output=True, timeout=60, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize('character', list('\'"`$#&()[]{}<>|;:,*?!%^=\\\n\t'))
+def test_a_path_in_which_the_build_fails_is_refused_at_once(
+    tmp_path: Path, character: str
+) -> None:
+    folder = scripts_in(tmp_path / f'a{character}b')
+    answer = set_up(folder)
+    assert answer.returncode == 1
+    assert answer.stderr.startswith(b'setup: the path of this folder may have letters, digits, ')
+    assert answer.stderr.count(b'\n') == 1
+    assert os.listdir(folder) == [b'scripts']
+
+
+@pytest.mark.parametrize('locale', ['C', 'C.UTF-8'])
+def test_a_path_that_is_not_utf_8_is_refused_at_once(tmp_path: Path, locale: str) -> None:
+    answer = set_up(scripts_in(os.fsencode(tmp_path) + b'/lat\xe9'), LC_ALL=locale)
+    assert answer.returncode == 1
+    assert b'the path of this folder is not UTF-8' in answer.stderr
+
+
+def test_other_letters_are_refused_where_a_distribution_builds(tmp_path: Path) -> None:
+    (tmp_path / 'ros').mkdir()
+    (tmp_path / 'ros' / 'setup.bash').touch()
+    answer = set_up(scripts_in(tmp_path / 'é'), LIKEME_ROS_PREFIX=str(tmp_path / 'ros'))
+    assert answer.returncode == 1
+    assert b'may have ASCII letters only' in answer.stderr
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_fresh_clone_sets_up_once(clone: Path) -> None:
@@ -93,6 +137,11 @@ def test_fresh_clone_sets_up_once(clone: Path) -> None:
         'scripts/run.sh', 'python', '-c', f'import {names}; print(likeme_msgs.__file__)', cwd=clone
     )
     assert used.stdout.startswith(str(clone)), used.stderr
+    node = clone / 'ros2_ws' / 'install' / 'likeme_bringup' / 'lib' / 'likeme_bringup' / 'cell'
+    for command in (('scripts/run.sh', node, '--help'), ('scripts/check.sh', '--help')):
+        assert run(*command, cwd=clone).returncode == 0
+    sourced = f'source "{clone}/scripts/env.sh" && python -c "import likeme_msgs.msg"'
+    assert run('bash', '-c', f'set -eu; {sourced}', cwd=Path('/')).returncode == 0
     # Nothing but ignored files was made.
     assert run('git', 'status', '--porcelain', cwd=clone).stdout == ''
 

@@ -38,7 +38,7 @@ def test_the_folder_is_small() -> None:
 def test_a_recording_replays_to_the_log_beside_it(name: str) -> None:
     replayed = replay_offline(BAGS / name)
     assert replayed.complete, replayed.warnings
-    assert replayed.tally.remarks == []
+    assert replayed.counts.warnings == []
     assert replayed.log == (BAGS / f'{name}.jsonl').read_text(encoding='utf-8')
 
 

@@ -72,20 +72,6 @@ def test_the_built_messages_are_those_of_the_text() -> None:
             assert {getattr(side, word) for side in sides if hasattr(side, word)} == {value}
 
 
-def test_the_callers_know_every_state_and_action() -> None:
-    from likeme_bringup.ros.cell_commands import Action, State
-
-    assert {s.name: s.number for s in State} == {
-        name: value
-        for name, value in constants('msg/ObjectState.msg').items()
-        if name != 'UNKNOWN'
-    }
-    actions = {
-        n: v for n, v in constants('srv/ExecuteAction.srv').items() if re.match('PLACE_|PUSH_', n)
-    }
-    assert {a.name: a.number for a in Action} == actions
-
-
 def test_all_packages_have_one_version() -> None:
     versions = {
         path.parent.name: ElementTree.parse(path).findtext('version') for path in MANIFESTS
@@ -112,7 +98,7 @@ def test_every_manifest_is_format_3_under_one_licence() -> None:
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda path: path.name)
 def test_every_script_has_help(script: Path) -> None:
     answer = subprocess.run(
-        [script, '--help'], capture_output=True, text=True, timeout=20, check=False
+        [script, '--help'], capture_output=True, text=True, timeout=60, check=False
     )
     assert answer.returncode == 0, answer.stderr
     assert answer.stdout.startswith(f'Usage: scripts/{script.name}')
@@ -142,7 +128,7 @@ def test_a_scripts_help_names_every_option(
         [ROOT / 'scripts' / script, '--help'],
         capture_output=True,
         text=True,
-        timeout=20,
+        timeout=60,
         check=True,
     ).stdout
     command = [sys.executable, '-m', module, *words, '--help']

@@ -1,7 +1,7 @@
-"""Plays a recipe in the simulated cell and writes down what its camera sees, without a network.
+"""Runs a bag recipe in the simulated cell and records its camera, without a network.
 
-Perception and imitation take part as they do in the running cell, because the robot's deeds are
-its own: what the arm and the operator said to the session goes into the recording.
+Perception and inference run as in the real graph, because the robot decides its own actions; the
+reports of arm and operator go into the recording.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from likeme_bags.values import Record
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, Manner
 from likeme_experiments.learning.cell_perception import object_view
-from likeme_inference.input_sequencer import Cue, Input
+from likeme_inference.session_inputs import InputKind, SessionInput
 from likeme_inference.tabletop.values import Reply
-from likeme_replay.decision_log import Entry
-from likeme_replay.in_process import Cores
-from likeme_replay.input_scheduler import Prompter
-from likeme_replay.recorded_inputs import HEARD, Frame
+from likeme_replay.decision_log import LogEntry
+from likeme_replay.in_process import InProcessGraph
+from likeme_replay.input_scheduler import InputScheduler
+from likeme_replay.recorded_inputs import HEARD, RecordedFrame
 
 #: 2015-11-04, the day the paper was published: the clock of every recording begins then, ns.
 EPOCH = 1_446_595_200_000_000_000
@@ -37,10 +37,10 @@ NOISE = KinectNoise(colour=0.0, patterns=2)
 
 
 class SuiteScene:
-    """One recipe being played; `write` gets every record in order.
+    """One recipe being run; `write` gets every record in order.
 
     Attributes:
-        entries: what was seen, believed and decided.
+        entries: demonstrations, beliefs, decisions and outcomes.
     """
 
     def __init__(self, recipe: Recipe, write: Callable[[Record], None]) -> None:
@@ -48,11 +48,11 @@ class SuiteScene:
             arm_speed=1.5, human_speed=1.3, noise=NOISE, initial_states=recipe.states
         )
         self.cell = Cell(Scene(), recipe.seed, pace)
-        self.entries: list[Entry] = []
+        self.entries: list[LogEntry] = []
         self._recipe, self._write = recipe, write
-        self._cores, self._prompter = Cores(), Prompter(recorded=False)
+        self._graph, self._scheduler = InProcessGraph(), InputScheduler(recorded=False)
         self._inputs = 0
-        self._spoken = any(isinstance(deed, Robot | Help) for deed in recipe.deeds)
+        self._has_reports = any(isinstance(deed, Robot | Help) for deed in recipe.deeds)
 
     def play(self) -> None:
         """Do all deeds, one after another."""
@@ -85,7 +85,7 @@ class SuiteScene:
         self.cell.run_action(Actor.HUMAN, deed.object, deed.action, self._look, tick)
         if self.cell.held:
             self.cell.resume()
-            self.cell.tidy_up(self._tick)
+            self.cell.clear_table(self._tick)
 
     def _breaks_off(self, deed: Show) -> bool:
         x, y, z = self.cell.world.toy_pose(deed.object).position
@@ -101,22 +101,24 @@ class SuiteScene:
         return bool(breaks[deed.mishap])
 
     def _act(self) -> None:
-        decision = self._cores.mind.session.decision
+        decision = self._graph.session.decision
         assert decision is not None, 'The robot has no turn.'
         assert decision.action is not None, 'The robot has no action.'
         action = int(decision.action)
         ended = self.cell.run_action(Actor.ROBOT, decision.object, action, self._look, self._tick)
         finished = self.now if ended.finished is not None else 0
-        said = {'motion_outcome': int(ended.outcome), 'finished': finished}
-        self._hear(Input.MOTION, message=ended.message, **said)
+        self._report(
+            InputKind.MOTION, motion_outcome=int(ended.outcome),
+            finished=camera_messages.time_of(finished), message=ended.message,
+        )  # fmt: skip
 
     def _help(self, deed: Help) -> None:
-        decision = self._cores.mind.session.decision
+        decision = self._graph.session.decision
         assert decision is not None, 'The robot did not ask.'
         place = Action.of(Manner.PLACE, decision.goal)
         self._show(Show(decision.object, place))
         self.cell.step(1.0, self._tick)
-        self._hear(Input.ANSWER, answer=int(Reply.DONE_BY_HAND), message=deed.name)
+        self._report(InputKind.ANSWER, answer=int(Reply.DONE_BY_HAND), message=deed.name)
 
     def _tick(self) -> None:
         if self.cell.world.steps % STEPS_PER_FRAME:
@@ -126,23 +128,23 @@ class SuiteScene:
         info, colour, depth = records
         for record in records:
             self._write(record)
-        done = self._cores.show(Frame(stamp, info, colour, depth))
-        self.entries += done.demonstrations
-        self._prompter.shown(stamp, done)
-        for cue in self._prompter.due():
-            self._take_in(cue)
+        ack = self._graph.show_frame(RecordedFrame(stamp, info, colour, depth))
+        self.entries += ack.demonstrations
+        self._scheduler.add_frame(stamp, ack)
+        for item in self._scheduler.ready():
+            self._apply(item)
 
-    def _hear(self, kind: Input, **said: Any) -> None:
-        said = {'motion_outcome': 255, 'finished': 0, 'answer': 0} | said
-        self._take_in(Cue(kind, self._cores.mind.session.last_view, SimpleNamespace(**said)))
+    def _report(self, kind: InputKind, **fields: Any) -> None:
+        message = SimpleNamespace(**fields)
+        self._apply(SessionInput(kind, self._graph.session.last_view, message))
 
-    def _take_in(self, cue: Cue) -> None:
-        self.entries += self._cores.hear(cue)
+    def _apply(self, item: SessionInput) -> None:
+        self.entries += self._graph.apply_input(item)
         self._inputs += 1
-        if self._spoken:
-            data = camera_messages.heard(cue, self._inputs)
+        if self._has_reports:
+            data = camera_messages.heard(item, self._inputs)
             self._write(Record(HEARD, 'likeme_msgs/msg/Heard', self.now, data))
 
     def _look(self, name: str) -> ObjectView | None:
-        table = self._cores.table
+        table = self._graph.table
         return object_view(table.object(name)) if table is not None and table.learned else None

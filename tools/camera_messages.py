@@ -1,4 +1,4 @@
-"""Messages of the cell's camera and of `heard` as records, made without ROS."""
+"""Messages of the cell's camera and of `heard` as records, without ROS."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_arm_sim.scene import CAMERA_FRAME, CameraMount
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.values import Record
-from likeme_inference.input_sequencer import Cue
+from likeme_inference.session_inputs import SessionInput
 from likeme_replay.message_definitions import definitions
-from likeme_replay.recorded_inputs import NEEDED
+from likeme_replay.recorded_inputs import CAMERA_TOPICS
 
 
 def time_of(stamp: int) -> Any:
@@ -37,7 +37,8 @@ def frame_records(
     }
     write = definitions().write
     info, colour, depth = (
-        Record(topic, NEEDED[topic], stamp, write(message)) for topic, message in messages.items()
+        Record(topic, CAMERA_TOPICS[topic], stamp, write(message))
+        for topic, message in messages.items()
     )
     return info, colour, depth
 
@@ -79,20 +80,20 @@ def camera_info(stamp: int, camera: CameraMount) -> Any:
     )
 
 
-def heard(cue: Cue, number: int) -> bytes:
-    """The CDR bytes of likeme_msgs/Heard for a cue; `events` is not known here, and 0."""
-    said = cue.said
-    definitions().know('likeme_msgs/msg/Heard')
+def heard(item: SessionInput, number: int) -> bytes:
+    """The CDR bytes of likeme_msgs/Heard for an input; `events` is not known here, and 0."""
+    fields = item.message
+    definitions().load('likeme_msgs/msg/Heard')
     message = definitions().make(
         'likeme_msgs/msg/Heard',
-        header=header(cue.stamp),
-        kind=int(cue.kind),
+        header=header(item.stamp),
+        kind=int(item.kind),
         number=number,
         events=0,
         refused=False,
-        motion_outcome=getattr(said, 'motion_outcome', 255),
-        finished=time_of(getattr(said, 'finished', 0)),
-        answer=getattr(said, 'answer', 0),
-        message=getattr(said, 'message', ''),
+        motion_outcome=getattr(fields, 'motion_outcome', 255),
+        finished=getattr(fields, 'finished', time_of(0)),
+        answer=getattr(fields, 'answer', 0),
+        message=getattr(fields, 'message', ''),
     )
     return definitions().write(message)

@@ -15,7 +15,7 @@ from domain_coordinator import domain_id
 from rclpy.node import Node
 
 from likeme_bringup.parameter_files import COMMON
-from likeme_bringup.ros.param_command import flow, span
+from likeme_bringup.ros.param_command import flow, limits
 from likeme_bringup.start_cell import MODULES
 
 HEADER = """\
@@ -45,7 +45,7 @@ def section(node: Node) -> Iterator[str]:
     for name, parameter in node.get_parameters_by_prefix('').items():
         if name.partition('.')[0] not in COMMON:
             about = node.describe_parameter(name)
-            yield f'    # {about.description.rstrip(".")}{span(about)}.'
+            yield f'    # {about.description.rstrip(".")}{limits(about)}.'
             yield f'    {name}: {flow(parameter.value)}'
 
 

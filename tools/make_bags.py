@@ -29,7 +29,7 @@ from likeme_bags.durable import DurableMcap, DurableWriter
 from likeme_bags.values import Record
 from likeme_core.tabletop import Action, Manner, State
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_replay.decision_log import Event
+from likeme_replay.decision_log import LogEvent
 from likeme_replay.message_definitions import definitions
 from likeme_replay.offline_replay import replay_offline
 
@@ -127,13 +127,13 @@ class _Recording(DurableWriter):
 def row(recipe: Recipe, log: str) -> str:
     """A bag's line of the table, from its log."""
     events = [json.loads(line) for line in log.splitlines()]
-    shown = _joined(_act(e) for e in events if e['event'] == Event.DEMONSTRATION)
+    shown = _joined(_act(e) for e in events if e['event'] == LogEvent.DEMONSTRATION)
     goals = _joined(
         f'{e["object"]} {State(e["goal"]).name} {e["posterior"][e["goal"]]:.2f}'
         for e in events
-        if e['event'] == Event.BELIEF
+        if e['event'] == LogEvent.BELIEF
     )
-    ends = _joined(_end(e) for e in events if e['event'] in (Event.DECISION, Event.OUTCOME))
+    ends = _joined(_end(e) for e in events if e['event'] in (LogEvent.DECISION, LogEvent.OUTCOME))
     return f'| `{recipe.name}` | {recipe.seed} | {recipe.shows} | {shown} | {goals} | {ends} |'
 
 
@@ -143,7 +143,7 @@ def _act(event: dict[str, Any]) -> str:
 
 
 def _end(event: dict[str, Any]) -> str:
-    if event['event'] == Event.OUTCOME:
+    if event['event'] == LogEvent.OUTCOME:
         return f'{event["object"]} {State(event["x_f"]).name}'
     kind = Kind(event['kind'])
     if kind in (Kind.AT_GOAL, Kind.NO_ACTION):

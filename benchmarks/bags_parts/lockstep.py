@@ -15,12 +15,12 @@ from domain_coordinator import domain_id
 from bags_parts import Effort, Measured
 from busy_cores import busy_cores
 from likeme_bags.reading import open_bag
-from likeme_replay.managed_nodes import own_nodes
-from likeme_replay.offline_replay import replayed
-from likeme_replay.playback_control import Transport
-from likeme_replay.recorded_inputs import Script
+from likeme_replay.managed_nodes import managed_nodes
+from likeme_replay.offline_replay import replay_bag
+from likeme_replay.playback_control import PlaybackControl
+from likeme_replay.recorded_inputs import RecordedInputs
 from likeme_replay.ros.lockstep_node import LockstepNode
-from likeme_replay.source_adapters import adapted
+from likeme_replay.source_adapters import adapted_source
 from report import Bar
 
 BAGS = Path(__file__).resolve().parents[2] / 'bags'
@@ -62,7 +62,7 @@ def measure(effort: Effort) -> Measured:
 def lockstep_runs(count: int) -> list[Run]:
     """Play the bags in turn, each at all rates, with nodes that start anew for every run."""
     runs = []
-    with domain_id() as domain, own_nodes(domain, {}), busy_cores(LIMIT):
+    with domain_id() as domain, managed_nodes(domain, {}), busy_cores(LIMIT):
         rclpy.init(domain_id=domain)
         try:
             # 33 bags and four rates: with every round of the bags each meets another rate.
@@ -80,11 +80,12 @@ def lockstep_runs(count: int) -> list[Run]:
 
 def lockstep_log(path: Path, rate: float) -> str:
     """The log of one lockstep run with the nodes that run."""
-    node = LockstepNode(Transport(rate))
+    node = LockstepNode(PlaybackControl(rate))
     try:
         node.begin()
         with open_bag(path) as bag:
-            return replayed(Script(adapted({}, {})(bag, None, None)), bag, node).log
+            inputs = RecordedInputs(adapted_source({}, {})(bag, None, None))
+            return replay_bag(inputs, bag, node).log
     finally:
         node.close()
 

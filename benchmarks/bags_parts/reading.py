@@ -17,12 +17,12 @@ from bags_parts.camera import HZ, noisy_frames, numbered
 from likeme_bags.durable import DurableWriter
 from likeme_bags.reading import open_bag
 from likeme_bags.values import Record
-from likeme_replay.in_process import rgbd_frame
+from likeme_perception.frame_reader import decode_frame
 from likeme_replay.message_definitions import definitions
 from likeme_replay.offline_replay import replay_offline
 from likeme_replay.record import Compression
-from likeme_replay.recorded_inputs import Frame, Script
-from likeme_replay.source_adapters import adapted
+from likeme_replay.recorded_inputs import RecordedFrame, RecordedInputs
+from likeme_replay.source_adapters import adapted_source
 from report import Bar
 
 #: Frames between two flushes of the recorder.
@@ -106,10 +106,15 @@ def write(
 
 
 def decode(path: Path) -> int:
-    """All that a replay does before perception: read, pair, and make frames of it."""
+    """All that a replay does before perception: read, pair, and decode the frames."""
+    read = definitions().read
     with open_bag(path) as bag:
-        steps = Script(adapted({}, {})(bag, None, None)).steps()
-        return sum(rgbd_frame(step) is not None for step in steps if isinstance(step, Frame))
+        steps = RecordedInputs(adapted_source({}, {})(bag, None, None)).steps()
+        return sum(
+            decode_frame(*(read(r.data, r.type) for r in (step.colour, step.depth))) is not None
+            for step in steps
+            if isinstance(step, RecordedFrame)
+        )
 
 
 def read_theirs(path: Path) -> None:

@@ -22,7 +22,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from bags_parts import Effort, Measured
 from bags_parts.camera import HZ, noisy_frames, numbered
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.headers import header_stamp
 from likeme_bags.reading import open_bag
 from report import Bar

@@ -12,13 +12,16 @@ setup(
     ],
     install_requires=[
         'setuptools',
+        'apsw',
         'backports.zstd',
         'lz4',
         'numpy',
         'opencv-python-headless',
+        'pillow',
         'pyarrow',
         'pyyaml',
-        'rosbags',
+        # Exactly this version: its writers are subclassed, its readers get indexes of ours.
+        'rosbags==0.11.9',
         'typer',
     ],
     zip_safe=False,

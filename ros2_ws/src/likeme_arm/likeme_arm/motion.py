@@ -1,4 +1,4 @@
-"""What an act needs of an arm and of the camera, and how it ends."""
+"""The interface of an arm that the primitives use, and what they are given and return."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import State
 
 
-class Ending(NamedTuple):
-    """Outcome of a motion and a sentence for people."""
+class PrimitiveResult(NamedTuple):
+    """How a primitive ended: its outcome, and a message in one sentence."""
 
     outcome: MotionOutcome
     message: str
@@ -23,7 +23,7 @@ class ObjectView:
     """One object as perception last reported it.
 
     x, y: centroid of the visible surface, m, base_link. yaw: major axis, rad. state: None while
-    something covers it.
+    the object is occluded.
     """
 
     x: float
@@ -32,19 +32,19 @@ class ObjectView:
     state: State | None
 
 
-# What the camera says about an object, by name; None when it never saw it.
-Look = Callable[[str], ObjectView | None]
+# The view of an object by its name; None if it was never seen.
+ViewOf = Callable[[str], ObjectView | None]
 
 
 class Motion(Protocol):
-    """What the primitives need of an arm."""
+    """The motions of an arm that the primitives use."""
 
     @property
     def tool(self) -> ToolPose:
         """Where the grasp point is now."""
 
     def reach(self, pose: ToolPose) -> None:
-        """Swing to a pose through free space."""
+        """Move to a pose through free space, on the shortest way of the joints."""
 
     def move_to(
         self,
@@ -53,19 +53,19 @@ class Motion(Protocol):
         until: Callable[[], bool] | None = None,
         free: float = 0.0,
     ) -> bool:
-        """Move in a straight line, m/s, the first `free` m through free space.
+        """Move in a straight line at `speed` m/s, its first `free` m through free space.
 
-        True when `until` stopped it.
+        Returns True if `until` stopped it.
         """
 
     def move_home(self) -> None:
-        """Go where the camera's view is free."""
+        """Move to where the arm does not occlude the table."""
 
     def open_gripper(self, width: float = 0.08) -> None:
-        """Open to `width` m."""
+        """Open the gripper to `width` m."""
 
     def close_gripper(self) -> float:
-        """Close and return the remaining width, m."""
+        """Close the gripper; returns the width that remains, m."""
 
     def holding(self) -> bool:
         """Whether something is between the closed fingers."""

@@ -1,4 +1,4 @@
-"""What perception last said, and for how long it is believed."""
+"""Objects as perception last reported them, with a limit on their age."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ from collections.abc import Mapping
 from likeme_arm.motion import ObjectView
 
 
-class Sightings:
-    """The last table state, by its stamp, ns; what was seen before a reset is not believed."""
+class PerceivedObjects:
+    """The last table state, by its stamp (ns). States from before a reset are ignored."""
 
     def __init__(self, timeout: float) -> None:
-        """timeout: s for which a table state may be acted on."""
+        """timeout: greatest age of a table state that is acted on, s."""
         self._timeout = timeout
-        self._seen: tuple[int, Mapping[str, ObjectView]] = 0, {}
+        self._last: tuple[int, Mapping[str, ObjectView]] = 0, {}
         self._not_before = 0
 
-    def take(self, stamp: int, views: Mapping[str, ObjectView]) -> None:
-        """Take a table state."""
+    def update(self, stamp: int, views: Mapping[str, ObjectView]) -> None:
+        """Replace the last table state, unless the new one is from before the last `clear`."""
         if stamp > self._not_before:
-            self._seen = stamp, views
+            self._last = stamp, views
 
-    def forget(self, now: int) -> None:
-        """Believe nothing that was seen up to now."""
-        self._not_before, self._seen = now, (self._seen[0], {})
+    def clear(self, now: int) -> None:
+        """Ignore every table state with a stamp up to now."""
+        self._not_before, self._last = now, (self._last[0], {})
 
-    def look(self, name: str, now: int) -> ObjectView | None:
-        """Where an object is, if that is known and recent."""
-        return self._seen[1].get(name) if self.age(now) <= self._timeout else None
+    def view(self, name: str, now: int) -> ObjectView | None:
+        """The object's last view; None if it was never seen or the table state is too old."""
+        return self._last[1].get(name) if self.age(now) <= self._timeout else None
 
     def age(self, now: int) -> float:
-        """Of the last table state, s; infinite without one."""
-        stamp = self._seen[0]
+        """Age of the last table state, s; infinite if there is none."""
+        stamp = self._last[0]
         return (now - stamp) * 1e-9 if stamp else float('inf')

@@ -1,7 +1,7 @@
-"""The robot's two ways of acting, as the paper's section "Robot Action" words them.
+"""Place and push, as described in the paper's section "Robot Action".
 
-Both are written against injected motion functions, so that they can be tested with fakes, and see
-objects only as the camera perceived them.
+Both use a `Motion` that is passed in, so that they can be tested with a fake and serve any arm.
+They know objects only as perception reports them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from likeme_arm.motion import Ending, Look, Motion, ObjectView
+from likeme_arm.motion import Motion, ObjectView, PrimitiveResult, ViewOf
 from likeme_arm.tool_pose import NoSolutionError, ToolPose, wrap_half_turn
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.table import Table
@@ -19,25 +19,25 @@ from likeme_core.tabletop import Action, Manner, State
 
 @dataclass(frozen=True, kw_only=True)
 class PrimitiveSettings:
-    """How the robot acts: heights above the table and distances m, speeds m/s.
+    """Parameters of the primitives: heights above the table and distances m, speeds m/s.
 
     Attributes:
         clear_height: above everything on the table.
         grasp_height, release_height: of the grasp point when the fingers close and open.
         carry_height: over the table.
         drop_height: above the table's height, past its edge.
-        drop_x, beyond_edge: where OFFTABLE is: how far past the right edge, and where along it.
+        drop_x, beyond_edge: where OFFTABLE is: x along the right edge, and how far past it.
         place_share: where LEFT and RIGHT are, from the blue line (0) to the area's border (1).
         push_height: of the grasp point while pushing.
         push_gap: between the fingers while pushing.
         push_start: behind the perceived centroid.
-        push_past: further, once the object is seen to have arrived.
+        push_past: how much further, once the object is seen in the target state.
         push_off_heading: direction of a push OFFTABLE, rad from +x: over the far edge (0) or
             towards the right-hand corner (negative).
         back_off: away from the pushed object before lifting.
-        fast: through free space.
-        gentle: near objects.
-        push_speed: in contact.
+        fast: speed through free space.
+        gentle: speed near objects.
+        push_speed: speed in contact.
     """
 
     clear_height: float = 0.17
@@ -59,22 +59,22 @@ class PrimitiveSettings:
     push_speed: float = 0.13
 
 
-# Of an empty gripper's grasp point: above it nothing on the table is touched, m.
+# Height of an empty gripper's grasp point above which it touches nothing on the table, m.
 FREE_HEIGHT = 0.09
-# Centroids further than this outside the table top cannot be an object on it, m.
-MARGIN = 0.05
-LIFT_CLEAR = 'the fingers closed on nothing'
-LOST = 'the object slipped from the fingers while it was lifted'
+# A centroid further than this outside the table top is not that of an object on it, m.
+TABLE_MARGIN = 0.05
+NOTHING_GRASPED = 'the fingers closed on nothing'
+DROPPED = 'the object slipped from the fingers while it was lifted'
 
 
 def place(
     motion: Motion, table: Table, name: str, view: ObjectView, target: State, s: PrimitiveSettings
-) -> Ending:
-    """Grasp across the minor axis above the perceived centroid; if it holds, carry to `target`."""
+) -> PrimitiveResult:
+    """Grasp across the minor axis above the perceived centroid, and carry to `target`."""
     above = ToolPose(view.x, view.y, s.clear_height, wrap_half_turn(view.yaw))
     motion.open_gripper()
     motion.reach(above)
-    # The wrist may have chosen the opposite, equally good, yaw.
+    # `reach` may have turned the hand by pi, which grasps equally well.
     above = above._replace(yaw=motion.tool.yaw)
     free = s.clear_height - FREE_HEIGHT
     motion.move_to(above.lifted_to(s.grasp_height), s.gentle * 1.8, free=free)
@@ -84,31 +84,31 @@ def place(
     if not (grasped and motion.holding()):
         motion.open_gripper()
         motion.move_home()
-        reason = LOST if grasped else LIFT_CLEAR
-        return Ending(MotionOutcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
+        reason = DROPPED if grasped else NOTHING_GRASPED
+        return PrimitiveResult(MotionOutcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
     return _carry(motion, table, name, above, target, s)
 
 
 def _carry(
     motion: Motion, table: Table, name: str, above: ToolPose, target: State, s: PrimitiveSettings
-) -> Ending:
+) -> PrimitiveResult:
     spot = drop_spot(table, above, target, s)
     motion.move_to(spot.lifted_to(s.carry_height), s.fast)
     if not motion.holding():
         motion.open_gripper()
         motion.move_home()
-        return Ending(
+        return PrimitiveResult(
             MotionOutcome.NOT_GRASPED, f'The {name} was lost on the way to {target.name}.'
         )
     motion.move_to(spot, s.gentle * 1.8)
     motion.open_gripper()
     motion.move_to(spot.lifted_to(s.clear_height), s.fast)
     motion.move_home()
-    return Ending(MotionOutcome.COMPLETED, f'The {name} was set down at {target.name}.')
+    return PrimitiveResult(MotionOutcome.COMPLETED, f'The {name} was set down at {target.name}.')
 
 
 def drop_spot(table: Table, held: ToolPose, target: State, s: PrimitiveSettings) -> ToolPose:
-    """Where a held object is released: a fixed spot of the area; OFFTABLE past the right edge."""
+    """Where a held object is released: a fixed point of the area; OFFTABLE past the right edge."""
     area, top = table.work_area, table.top
     if target is State.OFFTABLE:
         return held._replace(x=s.drop_x, y=top.y_min - s.beyond_edge, z=s.drop_height)
@@ -120,22 +120,22 @@ def drop_spot(table: Table, held: ToolPose, target: State, s: PrimitiveSettings)
 
 def push(
     motion: Motion,
-    look: Look,
+    look: ViewOf,
     table: Table,
     name: str,
     view: ObjectView,
     target: State,
     s: PrimitiveSettings,
-) -> Ending:
+) -> PrimitiveResult:
     """From behind the perceived centroid, push until the perceived state becomes `target`.
 
     Raises:
-        NoSolutionError: inverse kinematics gave out before that.
+        NoSolutionError: inverse kinematics found no solution before that.
     """
     start, end = push_line(table, view, target, s)
     motion.open_gripper(s.push_gap)
     motion.reach(start.lifted_to(s.clear_height))
-    # Keep to the yaw that the wrist chose: its opposite is the same broad side.
+    # Keep the yaw that `reach` chose: turned by pi, the same broad side pushes.
     yaw = motion.tool.yaw
     start, end = start._replace(yaw=yaw), end._replace(yaw=yaw)
     motion.move_to(start, s.gentle * 2, free=s.clear_height - FREE_HEIGHT)
@@ -145,15 +145,19 @@ def push(
         seen = None if already else look(name)
         return seen is not None and seen.state is target
 
-    seen = motion.move_to(end, s.push_speed, until=arrived)
-    if seen:
-        motion.move_to(_further(motion.tool, end, s.push_past), s.push_speed)
-    # Straight up from a round toy would lift it by its shoulders: step back first.
-    motion.move_to(_further(motion.tool, start, s.back_off), s.gentle)
+    stopped = motion.move_to(end, s.push_speed, until=arrived)
+    if stopped:
+        motion.move_to(_advanced(motion.tool, end, s.push_past), s.push_speed)
+    # Lifting straight up would drag a round object along: move back first.
+    motion.move_to(_advanced(motion.tool, start, s.back_off), s.gentle)
     motion.move_to(motion.tool.lifted_to(s.clear_height), s.fast, free=s.clear_height)
     motion.move_home()
-    until = 'until it was seen there' if seen else 'to the end of the way, where it was not seen'
-    return Ending(
+    until = (
+        'until it was seen there'
+        if stopped
+        else 'to the end of the line, without being seen there'
+    )
+    return PrimitiveResult(
         MotionOutcome.COMPLETED, f'The {name} was pushed towards {target.name}, {until}.'
     )
 
@@ -161,11 +165,11 @@ def push(
 def push_line(
     table: Table, view: ObjectView, target: State, s: PrimitiveSettings
 ) -> tuple[ToolPose, ToolPose]:
-    """Start and end of the gripper's way, its broad side across the direction of the push.
+    """Start and end of the gripper's line, its broad side across the direction of the push.
 
     The end is where the object would lie in the middle of the target area (just over the far edge
-    for OFFTABLE): the camera is blind to what the gripper hides, so seeing the object cannot be
-    the only thing that ends a push.
+    for OFFTABLE). The gripper may occlude the object, so seeing it in the target state cannot be
+    the only end of a push.
     """
     area = table.work_area
     if target is State.OFFTABLE:
@@ -183,23 +187,23 @@ def push_line(
     return start, start._replace(y=y)
 
 
-def _further(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
-    """A little further towards the end of a line, but not past it."""
+def _advanced(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
+    """A pose `distance` further towards the end of a line, at most its end."""
     rest = end.position - tool.position
     length = max(float(np.linalg.norm(rest)), 1e-9)
     x, y, _ = tool.position + rest * min(1.0, distance / length)
     return end._replace(x=float(x), y=float(y))
 
 
-def act(
-    motion: Motion, look: Look, table: Table, name: str, action: Action, s: PrimitiveSettings
-) -> Ending:
-    """Do one of the six actions to an object where it is perceived now."""
+def execute_action(
+    motion: Motion, look: ViewOf, table: Table, name: str, action: Action, s: PrimitiveSettings
+) -> PrimitiveResult:
+    """Execute one of the six actions on an object where it is perceived now."""
     view = look(name)
-    refused = refusal(table, name, view)
+    refused = check_target(table, name, view)
     if refused is not None:
         return refused
-    assert view is not None, 'What was never seen is refused.'
+    assert view is not None, 'An object that was never seen is refused.'
     try:
         if action.manner is Manner.PUSH:
             return push(motion, look, table, name, view, action.target, s)
@@ -208,44 +212,44 @@ def act(
         retreat(motion, table, s)
         verb = 'push' if action.manner is Manner.PUSH else 'place'
         reason = f'The arm does not reach far enough to {verb} the {name}. {error}'
-        return Ending(MotionOutcome.NO_IK_SOLUTION, reason)
+        return PrimitiveResult(MotionOutcome.NO_IK_SOLUTION, reason)
 
 
-def refusal(table: Table, name: str, view: ObjectView | None) -> Ending | None:
-    """Why the robot cannot even try, if so."""
+def check_target(table: Table, name: str, view: ObjectView | None) -> PrimitiveResult | None:
+    """A refusal if the object cannot be acted on where it is perceived, else None."""
     if view is None:
-        return Ending(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} has not been seen.')
+        return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} has not been seen.')
     if view.state is State.OFFTABLE:
         reason = f'The {name} is OFFTABLE, where the robot cannot pick it up.'
-        return Ending(MotionOutcome.OBJECT_OFFTABLE, reason)
+        return PrimitiveResult(MotionOutcome.OBJECT_OFFTABLE, reason)
     if view.state is None:
-        return Ending(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} is covered from view.')
+        return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} is occluded.')
     top = table.top
-    # NaN fails every comparison, so it is refused as well.
-    inside_x = top.x_min - MARGIN <= view.x <= top.x_max + MARGIN
-    inside_y = top.y_min - MARGIN <= view.y <= top.y_max + MARGIN
+    # NaN fails every comparison, so it is refused, too.
+    inside_x = top.x_min - TABLE_MARGIN <= view.x <= top.x_max + TABLE_MARGIN
+    inside_y = top.y_min - TABLE_MARGIN <= view.y <= top.y_max + TABLE_MARGIN
     if not (inside_x and inside_y and np.isfinite(view.yaw)):
         reason = (
             f'Expected the {name} over the table, x {top.x_min:.2f} to {top.x_max:.2f} and '
             f'y {top.y_min:.2f} to {top.y_max:.2f} m, got x {view.x:.2f}, y {view.y:.2f}, '
             f'yaw {view.yaw:.2f}.'
         )
-        return Ending(MotionOutcome.OBJECT_NOT_SEEN, reason)
+        return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, reason)
     return None
 
 
 def retreat(motion: Motion, table: Table, s: PrimitiveSettings) -> None:
-    """From wherever the arm was stopped: set down what it holds, lift, and go home."""
+    """Set down what the arm holds, lift it and move home, from wherever it was stopped."""
     here = motion.tool
     try:
         if motion.holding() and table.top.contains(here.x, here.y):
             motion.move_to(here.lifted_to(min(here.z, s.release_height)), s.gentle)
         motion.open_gripper()
         here = motion.tool
-        # A little towards the base: at the border of its reach the arm could not go straight up.
+        # A little towards the base: at the limit of its reach the arm cannot move straight up.
         back = here._replace(x=0.98 * here.x, y=0.98 * here.y)
         motion.move_to(back.lifted_to(max(here.z, s.clear_height)), s.gentle * 2)
     except NoSolutionError:
-        # At the border of its reach the arm can still fold by its joints.
+        # At the limit of its reach the arm cannot follow a line, but can still move its joints.
         pass
     motion.move_home()

@@ -37,6 +37,6 @@ class ToolPose(NamedTuple):
 
 
 def wrap_half_turn(angle: float) -> float:
-    """The same direction of an axis (not of an arrow), in (-pi/2, pi/2]."""
+    """The angle of an undirected axis, in (-pi/2, pi/2]."""
     wrapped = (angle + np.pi / 2) % np.pi - np.pi / 2
     return float(np.pi / 2 if np.isclose(wrapped, -np.pi / 2) else wrapped)

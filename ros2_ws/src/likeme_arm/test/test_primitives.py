@@ -1,4 +1,4 @@
-"""Place and push with a fake arm: what is asked of it, in which order."""
+"""Place and push with a fake arm: the motions and their order."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from likeme_arm.motion import ObjectView
-from likeme_arm.primitives import PrimitiveSettings, act, drop_spot, push_line
+from likeme_arm.primitives import PrimitiveSettings, drop_spot, execute_action, push_line
 from likeme_arm.tool_pose import NoSolutionError, ToolPose
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.table import Table
@@ -24,7 +24,7 @@ RIGHT_CHICKEN = ObjectView(0.44, -0.15, 0.4, State.RIGHT)
 
 
 class FakeMotion:
-    """Records what it is told and is where it was sent."""
+    """Records the motions and reaches every pose at once."""
 
     def __init__(self, holds: list[bool] | None = None, reaches: bool = True) -> None:
         self.tool = ToolPose(-0.2, -0.5, 0.2, 0.0)
@@ -73,7 +73,7 @@ class FakeMotion:
 def run(
     motion: FakeMotion, action: Action, view: ObjectView | None = RIGHT_CHICKEN
 ) -> MotionOutcome:
-    return act(motion, lambda _: view, TABLE, 'chicken', action, SETTINGS).outcome
+    return execute_action(motion, lambda _: view, TABLE, 'chicken', action, SETTINGS).outcome
 
 
 def test_place_grasps_across_the_minor_axis_above_the_centroid() -> None:
@@ -87,7 +87,7 @@ def test_place_grasps_across_the_minor_axis_above_the_centroid() -> None:
 
 
 @pytest.mark.parametrize('holds', [[False], [True, False]], ids=['nothing', 'lost in lifting'])
-def test_only_what_was_grasped_is_carried(holds: list[bool]) -> None:
+def test_an_object_that_is_not_held_is_not_carried(holds: list[bool]) -> None:
     motion = FakeMotion(holds)
     assert run(motion, Action.PLACE_LEFT) is MotionOutcome.NOT_GRASPED
     assert all(pose.y < 0.0 for pose in motion.visited)
@@ -138,7 +138,7 @@ def test_a_push_ends_in_the_middle_of_its_area_wherever_the_blue_line_is() -> No
     assert shifted.state_of(right.x, right.y - SETTINGS.push_start / 2) is State.RIGHT
 
 
-def test_a_push_offtable_may_go_askew() -> None:
+def test_a_push_offtable_may_have_another_heading() -> None:
     askew = replace(SETTINGS, push_off_heading=-0.5)
     start, end = push_line(TABLE, RIGHT_CHICKEN, State.OFFTABLE, askew)
     way = (end.position - start.position)[:2]
@@ -155,23 +155,25 @@ def test_push_ends_a_little_after_the_seen_state_changed() -> None:
     def look(_: str) -> ObjectView:
         return ObjectView(0.44, -0.05, 0.0, next(states, State.LEFT))
 
-    assert act(motion, look, TABLE, 'pear', Action.PUSH_LEFT, SETTINGS).outcome == 0
+    assert execute_action(motion, look, TABLE, 'pear', Action.PUSH_LEFT, SETTINGS).outcome == 0
     start = motion.visited[1]
     furthest = max(pose.y for pose in motion.visited)
     assert furthest == pytest.approx(start.y + SETTINGS.push_past)
 
 
-def test_push_of_a_covered_object_ends_at_the_middle_of_the_area() -> None:
+def test_push_of_an_occluded_object_ends_at_the_middle_of_the_area() -> None:
     motion = FakeMotion()
     views = iter([RIGHT_CHICKEN])
-    covered = ObjectView(0.44, -0.15, 0.4, None)
-    act(motion, lambda _: next(views, covered), TABLE, 'chicken', Action.PUSH_LEFT, SETTINGS)
+    occluded = ObjectView(0.44, -0.15, 0.4, None)
+    execute_action(
+        motion, lambda _: next(views, occluded), TABLE, 'chicken', Action.PUSH_LEFT, SETTINGS
+    )
     _, end = push_line(TABLE, RIGHT_CHICKEN, State.LEFT, SETTINGS)
     assert max(pose.y for pose in motion.visited) == pytest.approx(end.y)
     assert end.y < TABLE.work_area.y_max / 2
 
 
-def test_push_towards_where_it_is_already_is_legal() -> None:
+def test_a_push_towards_the_present_state_is_executed() -> None:
     assert run(FakeMotion(), Action.PUSH_RIGHT) is MotionOutcome.COMPLETED
 
 
@@ -192,7 +194,7 @@ def test_no_solution_ends_at_home() -> None:
         (ObjectView(4.4, 0.1, 0.0, State.LEFT), MotionOutcome.OBJECT_NOT_SEEN),
     ],
 )
-def test_nothing_moves_towards_what_cannot_be_there(
+def test_an_object_that_cannot_be_acted_on_is_refused(
     view: ObjectView | None, outcome: MotionOutcome
 ) -> None:
     motion = FakeMotion()

@@ -1,4 +1,4 @@
-"""The robot's arm: joint waypoints streamed at every physics step, and a gripper that may miss."""
+"""The simulated arm: joint targets at every physics step, and a gripper."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import pybullet
 
 from likeme_arm.tool_pose import NoSolutionError, ToolPose
 from likeme_arm_sim.gripper import OPEN_WIDTH, Gripper
+from likeme_arm_sim.joint_path import JointPath, trapezoidal_profile
 from likeme_arm_sim.kinematics import ARM_JOINTS, HOME, Kinematics, Vector, load_panda
-from likeme_arm_sim.paths import Path, travel
 from likeme_arm_sim.physics import GripperPhysics
-from likeme_arm_sim.world import TIME_STEP, Pose
+from likeme_arm_sim.physics_world import TIME_STEP, Pose
 
 BASE_LINK = 'panda_link0'
 
-# Of the joints' position control, per step.
+# Gains of the joints' position control, per step.
 GAINS = [0.3] * 7
-# The joints' brakes are that much stronger than their motors.
+# Force of the joints' brakes as a multiple of their motors'.
 BRAKE = 20.0
-# Of a straight line: m between two solutions of inverse kinematics, and m/s^2.
+# Of a straight line: distance between two solutions of inverse kinematics, m, and m/s^2.
 WAYPOINT_SPACING = 0.02
 LINE_ACCELERATION = 1.2
-# Of a swing, rad/s^2.
+# Of a joint motion, rad/s^2.
 JOINT_ACCELERATION = 6.0
 
 
@@ -41,8 +41,8 @@ class Arm:
     ) -> None:
         self._client, self._kinematics, self._tick = client, kinematics, tick
         self.speed = speed
-        # In searches swings through free space, which touch nothing, take no time.
-        self.swift = False
+        # Jump over motion through free space, which touches nothing: for fast trials.
+        self.skip_free_space = False
         self.body = load_panda(client)
         self._links = {
             client.getJointInfo(self.body, joint)[12].decode(): joint
@@ -53,7 +53,7 @@ class Arm:
         self.reset()
 
     def reset(self) -> None:
-        """Put the arm at home with an open gripper: only for setting the table up."""
+        """Put the arm at home with an open gripper: for setting up the table only."""
         self._gripper.reset()
         self._jump(HOME)
         self._gripper.command(OPEN_WIDTH)
@@ -72,7 +72,7 @@ class Arm:
 
     @property
     def fingers(self) -> tuple[float, float]:
-        """How far each finger is from the middle, m."""
+        """Distance of each finger from the middle, m."""
         return self._gripper.fingers
 
     @property
@@ -81,7 +81,7 @@ class Arm:
         return bool(np.abs(self.joints - HOME).max() < 0.02)
 
     def link_poses(self) -> dict[str, Pose]:
-        """Where each link's URDF frame is, by link name."""
+        """Poses of the links' URDF frames by link name."""
         indices = list(self._links.values())
         states = self._client.getLinkStates(self.body, indices, computeForwardKinematics=True)
         poses = {BASE_LINK: Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
@@ -99,12 +99,12 @@ class Arm:
         self._command(self.joints, np.zeros(7), BRAKE)
 
     def move_home(self) -> None:
-        """Swing back to where the arm is out of the camera's way."""
-        self._swing(HOME)
+        """Move to the home pose, where the arm does not occlude the table."""
+        self._move_joints(HOME)
 
     def reach(self, pose: ToolPose) -> None:
-        """Swing to a pose by the joints' shortest way; raises NoSolutionError before moving."""
-        self._swing(self._kinematics.nearest(pose, self._kinematics.guess(pose)))
+        """Move the joints the shortest way to a pose; raises NoSolutionError before moving."""
+        self._move_joints(self._kinematics.nearest(pose, self._kinematics.guess(pose)))
 
     def move_to(
         self,
@@ -115,55 +115,59 @@ class Arm:
     ) -> bool:
         """Move in a straight line at `speed` m/s; stop early once `until` holds, and return True.
 
-        The first `free` m of the line touch nothing: a swift arm jumps over them.
+        The first `free` m of the line touch nothing; with skip_free_space the arm jumps there.
 
         Raises:
             NoSolutionError: the line leaves the arm's reach; the arm has gone as far as it can.
         """
         path = self._line(pose)
-        if self.swift and free > 0.0 and path.failure is None:
+        if self.skip_free_space and free > 0.0 and path.failure is None:
             path = path.after(free)
             self._jump(path.joints[0])
         limit = path.greatest_speed(0.9 * self._kinematics.max_velocity)
         limited = min(speed * self.speed, limit)
-        stopped = self._follow(path, travel(path.distance[-1], limited, LINE_ACCELERATION), until)
+        stopped = self._follow(
+            path, trapezoidal_profile(path.distance[-1], limited, LINE_ACCELERATION), until
+        )
         if path.failure is not None and not stopped:
             raise path.failure
         return stopped
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
-        """Open the fingers to `width` m; a swift arm does not wait for fingers that are open."""
+        """Open the fingers to `width` m; with skip_free_space, do not wait if they are open."""
         self._gripper.command(width)
-        if not (self.swift and self._gripper.there):
+        if not (self.skip_free_space and self._gripper.at_goal):
             self.wait(0.25)
 
     def close_gripper(self) -> float:
-        """Close until the fingers stand still; the width that is left between them, m."""
+        """Close the fingers until they stop; returns the width between them, m."""
         self._gripper.command(0.0)
         self.wait(0.5)
         return self._gripper.width
 
     def holding(self) -> bool:
-        """Whether something keeps the closed fingers apart: all that a gripper can know."""
+        """Whether something keeps the closed fingers apart."""
         return self._gripper.holding
 
     def wait(self, seconds: float) -> None:
-        """Let time pass."""
+        """Do nothing for a time."""
         for _ in range(round(seconds / TIME_STEP)):
             self._tick()
 
-    def _swing(self, goal: Vector) -> None:
-        if self.swift:
+    def _move_joints(self, goal: Vector) -> None:
+        if self.skip_free_space:
             self._jump(goal)
             return
         start = self.joints
         change = goal - start
         limits = 0.85 * self._kinematics.max_velocity * self.speed
-        # The joint that needs longest sets the pace; the distance is in units of its travel.
+        # The joint that needs longest sets the speed; distance is its travel.
         slowest = int(np.argmax(np.abs(change) / limits))
         length = abs(float(change[slowest]))
-        path = Path(np.array([0.0, max(length, 1e-6)]), np.array([start, goal]))
-        steps = travel(length, float(limits[slowest]), JOINT_ACCELERATION * self.speed)
+        path = JointPath(np.array([0.0, max(length, 1e-6)]), np.array([start, goal]))
+        steps = trapezoidal_profile(
+            length, float(limits[slowest]), JOINT_ACCELERATION * self.speed
+        )
         self._follow(path, steps, None)
 
     def _jump(self, joints: Vector) -> None:
@@ -171,31 +175,31 @@ class Arm:
             self._client.resetJointState(self.body, joint, float(angle))
         self._command(joints, np.zeros(7))
 
-    def _line(self, goal: ToolPose) -> Path:
+    def _line(self, goal: ToolPose) -> JointPath:
         start, joints = self.tool, self.joints
         turn = (goal.yaw - start.yaw + np.pi) % (2 * np.pi) - np.pi
         length = float(np.linalg.norm(goal.position - start.position))
         count = max(2, int(np.ceil(max(length / WAYPOINT_SPACING, abs(turn) / 0.1))))
-        ways, found, failure = [joints], [0.0], None
+        waypoints, found, failure = [joints], [0.0], None
         for fraction in np.linspace(0.0, 1.0, count + 1)[1:]:
             position = start.position + fraction * (goal.position - start.position)
             try:
                 x, y, z = map(float, position)
                 pose = ToolPose(x, y, z, start.yaw + fraction * turn)
-                ways.append(self._kinematics.inverse(pose, ways[-1]))
+                waypoints.append(self._kinematics.inverse(pose, waypoints[-1]))
             except NoSolutionError as error:
                 failure = error
                 break
             found.append(fraction * max(length, 0.05))
-        if len(ways) == 1:
+        if len(waypoints) == 1:
             raise failure or NoSolutionError('Expected a line of some length, got none.')
-        return Path(np.array(found), np.array(ways), failure)
+        return JointPath(np.array(found), np.array(waypoints), failure)
 
-    def _follow(self, path: Path, steps: Vector, until: Callable[[], bool] | None) -> bool:
+    def _follow(self, path: JointPath, steps: Vector, until: Callable[[], bool] | None) -> bool:
         targets = path.at(steps)
         velocities = np.gradient(targets, TIME_STEP, axis=0) if len(targets) > 1 else targets * 0
-        ways = zip(targets.tolist(), velocities.tolist(), strict=True)
-        for index, (target, velocity) in enumerate(ways):
+        commands = zip(targets.tolist(), velocities.tolist(), strict=True)
+        for index, (target, velocity) in enumerate(commands):
             self._stream(target, velocity, self._forces)
             self._tick()
             if until is not None and index % 8 == 0 and until():
@@ -209,7 +213,7 @@ class Arm:
         self._stream(target.tolist(), velocity.tolist(), forces)
 
     def _stream(self, target: list[float], velocity: list[float], forces: list[float]) -> None:
-        # Said at every step of every motion: plain lists, and no detour by the client's wrapper.
+        # Called at every step: plain lists, without the client's wrapper, for speed.
         pybullet.setJointMotorControlArray(
             self.body,
             ARM_JOINTS,

@@ -1,4 +1,4 @@
-"""Opening a physics client."""
+"""Connects to pybullet."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from pybullet_utils.bullet_client import BulletClient
 
 
 def connect() -> Any:
-    """A pybullet client of its own, in this process."""
+    """A new pybullet client in this process."""
     with _quiet():
         return BulletClient(pybullet.DIRECT)
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Bullet's C code greets with a line on stdout whenever a client connects: swallow it."""
-    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    """Discard the line that bullet's C code prints to stdout when a client connects."""
+    saved, devnull = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(nowhere, 1)
+        os.dup2(devnull, 1)
         yield
-        # The greeting waits in the C library's buffer: it must be flushed before stdout is back.
+        # The line is in the C library's buffer: flush it before stdout is restored.
         ctypes.CDLL(None).fflush(None)
     finally:
-        os.dup2(kept, 1)
-        os.close(kept)
-        os.close(nowhere)
+        os.dup2(saved, 1)
+        os.close(saved)
+        os.close(devnull)

@@ -1,8 +1,8 @@
-"""An arm that is not quite where it believes to be: calibration error and play.
+"""Error of the hand-eye calibration, and play of the arm.
 
-The primitives command and read poses in the frame the camera is thought to share with the arm; the
-true frame is turned a little about the middle of the work area, and the hand is a little beside,
-the same way for the whole of one motion.
+The primitives command and read poses in the frame that camera and arm are assumed to share. The
+true frame is rotated about the middle of the work area, and the hand is displaced by an offset,
+which is constant during one motion.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from likeme_arm.tool_pose import ToolPose
 from likeme_arm_sim.physics import ArmAccuracy
 
 
-def draw_offset(accuracy: ArmAccuracy, rng: np.random.Generator) -> ToolPose:
-    """True pose minus believed pose of the hand for one motion (m, m, m, rad)."""
+def draw_calibration_offset(accuracy: ArmAccuracy, rng: np.random.Generator) -> ToolPose:
+    """True minus assumed pose of the hand for one motion (m, m, m, rad)."""
     x, y, z, turn = rng.normal(size=4)
     return ToolPose(
         accuracy.bias_x + accuracy.noise * float(x),
@@ -27,8 +27,8 @@ def draw_offset(accuracy: ArmAccuracy, rng: np.random.Generator) -> ToolPose:
     )
 
 
-class InexactMotion:
-    """A Motion whose true poses are the commanded ones plus an offset."""
+class MiscalibratedMotion:
+    """A Motion whose true poses are the commanded ones, rotated and displaced."""
 
     def __init__(
         self,
@@ -37,18 +37,18 @@ class InexactMotion:
         skew: float = 0.0,
         centre: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """offset, skew: true minus believed pose, and how far it is turned about `centre`, rad."""
+        """offset: true minus assumed pose. skew: rotation about `centre`, rad."""
         self._motion, self._offset = motion, offset
         self._skew, self._centre = skew, np.array(centre)
 
     @property
     def tool(self) -> ToolPose:
-        """Where the arm believes the grasp point to be."""
-        beside = (a - b for a, b in zip(self._motion.tool, self._offset, strict=True))
-        return self._turned(ToolPose(*beside), -self._skew)
+        """The assumed pose of the grasp point."""
+        displaced = (a - b for a, b in zip(self._motion.tool, self._offset, strict=True))
+        return self._rotated(ToolPose(*displaced), -self._skew)
 
     def reach(self, pose: ToolPose) -> None:
-        """Swing to a pose through free space."""
+        """Move to a pose through free space."""
         self._motion.reach(self._true(pose))
 
     def move_to(
@@ -58,19 +58,19 @@ class InexactMotion:
         until: Callable[[], bool] | None = None,
         free: float = 0.0,
     ) -> bool:
-        """Move in a straight line, m/s; True when `until` stopped it."""
+        """Move in a straight line, m/s; returns True if `until` stopped it."""
         return self._motion.move_to(self._true(pose), speed, until, free)
 
     def move_home(self) -> None:
-        """Go where the camera's view is free."""
+        """Move to the home pose."""
         self._motion.move_home()
 
     def open_gripper(self, width: float = 0.08) -> None:
-        """Open to `width` m."""
+        """Open the gripper to `width` m."""
         self._motion.open_gripper(width)
 
     def close_gripper(self) -> float:
-        """Close and return the remaining width, m."""
+        """Close the gripper; returns the remaining width, m."""
         return self._motion.close_gripper()
 
     def holding(self) -> bool:
@@ -78,10 +78,10 @@ class InexactMotion:
         return self._motion.holding()
 
     def _true(self, pose: ToolPose) -> ToolPose:
-        turned = self._turned(pose, self._skew)
-        return ToolPose(*(a + b for a, b in zip(turned, self._offset, strict=True)))
+        rotated = self._rotated(pose, self._skew)
+        return ToolPose(*(a + b for a, b in zip(rotated, self._offset, strict=True)))
 
-    def _turned(self, pose: ToolPose, angle: float) -> ToolPose:
+    def _rotated(self, pose: ToolPose, angle: float) -> ToolPose:
         cos, sin = np.cos(angle), np.sin(angle)
         away = np.array([[cos, -sin], [sin, cos]]) @ (pose.position[:2] - self._centre)
         x, y = map(float, self._centre + away)

@@ -1,29 +1,29 @@
-"""The Kinect over the table: gathers what moves, draws it, and adds the sensor's flaws."""
+"""The Kinect over the table: renders the cell and applies the sensor model."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from likeme_arm_sim.arm import Arm
-from likeme_arm_sim.backdrop import cell_background
+from likeme_arm_sim.background import cell_background
 from likeme_arm_sim.human_hand import HumanHand
 from likeme_arm_sim.kinect import Kinect, RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
-from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.panda_meshes import panda_links
+from likeme_arm_sim.physics_world import PhysicsWorld
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody
 from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import TOYS
-from likeme_arm_sim.world import World
 
 
 class CellCamera:
-    """What the camera over one cell sees."""
+    """The camera of one cell; `arm` is None if the arm is not drawn."""
 
     def __init__(
         self,
         scene: Scene,
-        world: World,
-        arm: Arm,
+        world: PhysicsWorld,
+        arm: Arm | None,
         hand: HumanHand,
         noise: KinectNoise | None,
         seed: int,
@@ -35,15 +35,15 @@ class CellCamera:
         self._kinect = Kinect(scene.camera, noise, seed)
 
     def restart(self, seed: int) -> None:
-        """Let the sensor's chance be that of this seed from now on."""
+        """Reseed the sensor noise."""
         self._kinect.restart(seed)
 
     def frame(self) -> RgbdImages:
-        """Colour and depth of this moment."""
+        """The present colour and depth images."""
         return self._kinect.sense(self._renderer.render(self.bodies()))
 
     def bodies(self) -> list[RenderBody]:
-        """Every body that may move, where it is now."""
+        """The bodies that may move, at their present poses."""
         return self._toy_bodies() + self._arm_bodies() + self._hand_bodies()
 
     def _toy_bodies(self) -> list[RenderBody]:
@@ -52,6 +52,8 @@ class CellCamera:
         return [RenderBody(part, poses[name]) for name, part in named]
 
     def _arm_bodies(self) -> list[RenderBody]:
+        if self._arm is None:
+            return []
         poses = self._arm.link_poses()
         return [RenderBody(mesh, poses[link].matrix()) for link, mesh in self._links.items()]
 

@@ -1,4 +1,4 @@
-"""The simulated cell as one object: physics, arm, person, toys and camera behind a few calls."""
+"""The simulated cell: physics, arm, person, objects and camera."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_arm.motion import Ending, Look, ObjectView
-from likeme_arm.primitives import PrimitiveSettings, act, refusal, retreat
+from likeme_arm.motion import ObjectView, PrimitiveResult, ViewOf
+from likeme_arm.primitives import PrimitiveSettings, check_target, execute_action, retreat
 from likeme_arm_sim.arm import Arm
-from likeme_arm_sim.calibration_error import InexactMotion, draw_offset
+from likeme_arm_sim.calibration_error import MiscalibratedMotion, draw_calibration_offset
 from likeme_arm_sim.camera import CellCamera
-from likeme_arm_sim.demonstrator import Demonstrator, DemonstratorSettings
 from likeme_arm_sim.human_hand import HumanHand
 from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.kinematics import Kinematics
-from likeme_arm_sim.layout import Placement, draw_layout, wanted_states
-from likeme_arm_sim.motion_control import OnTick, Steering
+from likeme_arm_sim.layout import Placement, checked_states, draw_layout
+from likeme_arm_sim.motion_control import MotionController, OnTick
 from likeme_arm_sim.physics import Physics, fitted_primitives
+from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld
 from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.simulated_person import PersonSettings, SimulatedPerson
 from likeme_arm_sim.toys import TOYS
-from likeme_arm_sim.world import TIME_STEP, World
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, State
 
-HELD = 'The cell is held: nothing moves until it is resumed.'
-# After the toys were put down, s.
+HELD_MESSAGE = 'The cell is held: nothing moves until it is resumed.'
+# For objects to come to rest after they were put down, s.
 SETTLING_TIME = 0.6
-# Keeps the arm's chance apart from the layout's, which is drawn from the bare seed.
+# Separates the arm's random stream from the layout's, which is drawn from the seed alone.
 ARM_STREAM = 1
 
 
 class MotionResult(NamedTuple):
-    """How a motion ended, with its begin and end on the world's clock, s (None: nothing moved)."""
+    """How a motion ended; its start and end in simulated s (None: nothing moved)."""
 
     outcome: MotionOutcome
     message: str
@@ -46,11 +46,14 @@ class MotionResult(NamedTuple):
 
 @dataclass(frozen=True)
 class CellSettings:
-    """What may differ between two cells of the same scene.
+    """Settings of a cell.
 
-    arm_speed, human_speed: factors on the usual speeds. noise: of the camera, None for the
-    published figures. initial_states: of toys not named, RIGHT. physics: masses, frictions and
-    forces.
+    Attributes:
+        arm_speed, human_speed: factors on the default speeds.
+        noise: of the camera; None: the published model.
+        initial_states: of objects; RIGHT for those not named.
+        primitives: parameters of the robot's actions.
+        physics: masses, frictions and forces.
     """
 
     arm_speed: float = 1.0
@@ -68,46 +71,53 @@ class CellSettings:
 
 
 class Cell:
-    """One table, one robot, one person. Not thread-safe, but for `hold` and `resume`."""
+    """One table with one robot and one person. Only `hold` and `resume` are thread-safe."""
 
-    def __init__(self, scene: Scene, seed: int, settings: CellSettings | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        seed: int,
+        settings: CellSettings | None = None,
+        arm_visible: bool = True,
+    ) -> None:
+        """arm_visible: whether the camera sees the arm; a real one stands elsewhere."""
         self.scene, self.settings = scene, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
         self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
         physics, speed = self.settings.physics, self.settings.arm_speed
         kinematics = Kinematics(physics.arm.reach)
-        self.world = World(scene, {name: TOYS[name] for name in scene.objects}, physics)
-        self._steering = Steering(self.world)
-        tick = self._steering.tick
+        self.world = PhysicsWorld(scene, {name: TOYS[name] for name in scene.objects}, physics)
+        self._controller = MotionController(self.world)
+        tick = self._controller.tick
         self.arm = Arm(self.world.client, kinematics, tick, speed, physics.gripper)
         self.hand = HumanHand(self.world, tick)
-        pace = DemonstratorSettings(speed=self.settings.human_speed)
-        self._demonstrator = Demonstrator(self.world, self.hand, scene, pace)
-        self._camera_seed = seed
-        self._first = draw_layout(scene, self._initial_states(), [], self._rng)
-        self._lay(self._first)
-        self._beginning = self.world.save()
+        person = PersonSettings(speed=self.settings.human_speed)
+        self._person = SimulatedPerson(self.world, self.hand, scene, person)
+        self._camera_seed, self._arm_visible = seed, arm_visible
+        self._initial_layout = draw_layout(scene, self._initial_states(), [], self._rng)
+        self._apply_layout(self._initial_layout)
+        self._initial_state = self.world.save()
 
     @property
     def time(self) -> float:
-        """Simulated seconds since the cell began."""
+        """Simulated time, s."""
         return self.world.time
 
     @property
     def held(self) -> bool:
         """Whether all motion is held."""
-        return self._steering.held
+        return self._controller.held
 
     def hold(self) -> None:
         """Stop all motion before the next control step; may be called from any thread."""
-        self._steering.hold()
+        self._controller.hold()
 
     def resume(self) -> None:
         """Allow motion again; may be called from any thread."""
-        self._steering.resume()
+        self._controller.resume()
 
     def step(self, seconds: float = TIME_STEP, on_tick: OnTick | None = None) -> None:
-        """Let time pass without a new motion; what rolls goes on rolling."""
+        """Step the physics without a motion of arm or person."""
         for _ in range(max(1, round(seconds / TIME_STEP))):
             self.world.step()
             if on_tick is not None:
@@ -118,17 +128,17 @@ class Cell:
         actor: Actor,
         name: str,
         action: int,
-        look: Look,
+        look: ViewOf,
         on_tick: OnTick | None = None,
         budget: float = np.inf,
     ) -> MotionResult:
-        """Do one of the six actions to an object; returns when the motion has ended.
+        """Execute one of the six actions on an object; returns when the motion has ended.
 
         Args:
-            actor: the robot, which sees by `look`, or the person, who has eyes.
+            actor: the robot, which uses `look`, or the person, who uses the true poses.
             name: an object of the scene.
             action: an Action number.
-            look: what perception says about an object, asked again and again while pushing.
+            look: the perceived view of an object, called repeatedly while pushing.
             on_tick: called after every physics step of the motion.
             budget: simulated seconds after which the motion is stopped.
         """
@@ -136,50 +146,50 @@ class Cell:
         if refused is not None:
             return MotionResult(*refused)
         started = self.time
-        ending = self._steering.run(
+        ending = self._controller.run(
             lambda: self._act(actor, name, Action(action), look), self._halt, on_tick, budget
         )
         moved = self.time > started
         return MotionResult(*ending, *((started, self.time) if moved else (None, None)))
 
-    def tidy_up(self, on_tick: OnTick | None = None) -> Ending:
-        """After a held motion: hand and arm leave the camera's view."""
+    def clear_table(self, on_tick: OnTick | None = None) -> PrimitiveResult:
+        """Move hand and arm off the table, as after a held motion."""
 
-        def leave() -> Ending:
-            self._clear_the_table(Actor.HUMAN)
-            self._clear_the_table(Actor.ROBOT)
-            return Ending(MotionOutcome.COMPLETED, 'Hand and arm have left the table.')
+        def leave() -> PrimitiveResult:
+            self._retract(Actor.HUMAN)
+            self._retract(Actor.ROBOT)
+            return PrimitiveResult(MotionOutcome.COMPLETED, 'Hand and arm have left the table.')
 
-        return self._steering.run(leave, self._halt, on_tick)
+        return self._controller.run(leave, self._halt, on_tick)
 
     def reset(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
-        """Set toys in states anew, draw their places by `seed`; both empty: as the run began.
+        """Put objects into states at places drawn by `seed`; both empty: the initial layout.
 
         Raises:
             ValueError: unknown objects or states, or not one state an object.
         """
-        wanted = wanted_states(self.scene, objects, states)
+        wanted = checked_states(self.scene, objects, states)
         self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
         self.arm.reset()
         self.hand.reset()
         if not wanted:
-            self._lay(self._first)
+            self._apply_layout(self._initial_layout)
             return
         rest = [name for name in self.scene.objects if name not in wanted]
         occupied = [self.world.toy_pose(name).position[:2] for name in rest]
-        self._lay(draw_layout(self.scene, wanted, occupied, np.random.default_rng(seed)))
+        self._apply_layout(draw_layout(self.scene, wanted, occupied, np.random.default_rng(seed)))
 
     def restart(self, seed: int) -> None:
-        """Forget everything since the cell was made: what follows hangs on `seed` alone.
+        """Return to the initial state; what follows depends on `seed` alone.
 
-        Two cells made with the same arguments go the same way after it, to the last bit, whatever
-        the robot did before. A person's grip comes and goes as a constraint, after which bullet
-        solves the others in another order: then they go the same way but for rounding.
+        Two cells made with the same arguments then behave identically to the last bit, whatever
+        the robot did before. A person's grip adds and removes a constraint, after which bullet
+        solves the others in another order: after a grip they are identical except for rounding.
         """
-        self._steering.resume()
-        # What a hand holds, it holds by a constraint that was not there in the beginning.
+        self._controller.resume()
+        # A grip is a constraint that the saved state does not have.
         self.hand.reset()
-        self.world.restart(self._beginning)
+        self.world.restart(self._initial_state)
         self.arm.reset()
         self.hand.reset()
         self._rng = np.random.default_rng(seed)
@@ -187,17 +197,18 @@ class Cell:
         self._camera.restart(seed)
 
     def frame(self) -> RgbdImages:
-        """What the Kinect delivers now."""
+        """The present frame of the Kinect."""
         return self._camera.frame()
 
     @cached_property
     def _camera(self) -> CellCamera:
-        """Built when somebody looks: the searches that need no pictures do without."""
+        """Built on first use: headless trials do not need it."""
         noise, seed = self.settings.noise, self._camera_seed
-        return CellCamera(self.scene, self.world, self.arm, self.hand, noise, seed)
+        arm = self.arm if self._arm_visible else None
+        return CellCamera(self.scene, self.world, arm, self.hand, noise, seed)
 
     def true_states(self) -> dict[str, ObjectView]:
-        """Where everything truly is: for tests and benchmarks only, never for a decision."""
+        """The true poses of the objects: for tests and benchmarks, never for a decision."""
         return {name: self._true_view(name) for name in self.scene.objects}
 
     def _true_view(self, name: str) -> ObjectView:
@@ -211,40 +222,47 @@ class Cell:
         self.arm.halt()
         self.hand.halt()
 
-    def _refused(self, actor: Actor, name: str, action: int, look: Look) -> Ending | None:
+    def _refused(
+        self, actor: Actor, name: str, action: int, look: ViewOf
+    ) -> PrimitiveResult | None:
         known = ', '.join(self.scene.objects)
         if name not in self.scene.objects:
-            return Ending(MotionOutcome.UNKNOWN_OBJECT, f"Expected one of {known}, got '{name}'.")
+            return PrimitiveResult(
+                MotionOutcome.UNKNOWN_OBJECT, f"Expected one of {known}, got '{name}'."
+            )
         if action not in list(Action):
-            return Ending(
+            return PrimitiveResult(
                 MotionOutcome.UNKNOWN_ACTION, f'Expected an action from 0 to 5, got {action}.'
             )
         if self.held:
-            return Ending(MotionOutcome.HELD, HELD)
-        return refusal(self.scene.table, name, look(name)) if actor is Actor.ROBOT else None
+            return PrimitiveResult(MotionOutcome.HELD, HELD_MESSAGE)
+        return check_target(self.scene.table, name, look(name)) if actor is Actor.ROBOT else None
 
-    def _act(self, actor: Actor, name: str, action: Action, look: Look) -> Ending:
-        self._clear_the_table(Actor.ROBOT)
-        self._clear_the_table(Actor.HUMAN)
+    def _act(self, actor: Actor, name: str, action: Action, look: ViewOf) -> PrimitiveResult:
+        self._retract(Actor.ROBOT)
+        self._retract(Actor.HUMAN)
         if actor is Actor.HUMAN:
-            return self._demonstrator.perform(name, action, self._rng)
+            return self._person.perform(name, action, self._rng)
         accuracy = self.settings.physics.arm
-        offset, centre = draw_offset(accuracy, self._arm_rng), self.scene.table.work_area.centre
-        arm = InexactMotion(self.arm, offset, accuracy.skew, centre)
-        return act(arm, look, self.scene.table, name, action, self.settings.primitives)
+        offset, centre = (
+            draw_calibration_offset(accuracy, self._arm_rng),
+            self.scene.table.work_area.centre,
+        )
+        arm = MiscalibratedMotion(self.arm, offset, accuracy.skew, centre)
+        return execute_action(arm, look, self.scene.table, name, action, self.settings.primitives)
 
-    def _clear_the_table(self, actor: Actor) -> None:
+    def _retract(self, actor: Actor) -> None:
         if actor is Actor.HUMAN and not self.hand.away:
-            self._demonstrator.withdraw()
+            self._person.withdraw()
         if actor is Actor.ROBOT and not self.arm.at_home:
             retreat(self.arm, self.scene.table, self.settings.primitives)
 
     def _initial_states(self) -> dict[str, State]:
         given = self.settings.initial_states
         rest = dict.fromkeys(self.scene.objects, State.RIGHT)
-        return rest | wanted_states(self.scene, list(given), list(given.values()))
+        return rest | checked_states(self.scene, list(given), list(given.values()))
 
-    def _lay(self, layout: Mapping[str, Placement]) -> None:
+    def _apply_layout(self, layout: Mapping[str, Placement]) -> None:
         for name, place in layout.items():
             self.world.put_toy(name, place.x, place.y, place.ground, place.yaw)
         self.step(SETTLING_TIME)

@@ -1,4 +1,4 @@
-"""The Panda's two fingers: one motor, and nothing between them that is felt but its width."""
+"""The gripper: two fingers with one motor, whose only measurement is their distance."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import pybullet
 from likeme_arm_sim.kinematics import FINGER_JOINTS, GRASP_LINK
 from likeme_arm_sim.physics import GripperPhysics
 
-# Between the fingers, m.
+# Between the open fingers, m.
 OPEN_WIDTH = 0.08
-# Narrower than any toy: closing to less means that nothing is between the fingers, m.
+# Narrower than any toy: if the fingers close to less, nothing is between them, m.
 EMPTY_WIDTH = 0.012
-# Of a finger, from where it shall be: it is there, m.
-OPENED = 0.0005
+# Distance of a finger from its target at which it is reached, m.
+POSITION_TOLERANCE = 0.0005
 
 
 class Gripper:
-    """The fingers of one arm, told how far to be apart; time has to pass until they are."""
+    """Position control of the fingers; a command takes simulated time."""
 
     def __init__(self, client: Any, body: int, physics: GripperPhysics) -> None:
         self._client, self._body, self._physics = client, body, physics
@@ -26,13 +26,13 @@ class Gripper:
         self._prepare()
 
     def reset(self) -> None:
-        """Put the fingers open: only for setting the table up."""
+        """Open the fingers at once: for setting up the table only."""
         for joint in FINGER_JOINTS:
             self._client.resetJointState(self._body, joint, OPEN_WIDTH / 2)
 
     @property
     def fingers(self) -> tuple[float, float]:
-        """How far each finger is from the middle, m."""
+        """Distance of each finger from the middle, m."""
         left, right = self._client.getJointStates(self._body, FINGER_JOINTS)
         return float(left[0]), float(right[0])
 
@@ -42,17 +42,17 @@ class Gripper:
         return sum(self.fingers)
 
     @property
-    def there(self) -> bool:
-        """Whether the fingers are as far apart as they were told."""
-        return max(abs(finger - self._goal / 2) for finger in self.fingers) < OPENED
+    def at_goal(self) -> bool:
+        """Whether the fingers have reached the commanded width."""
+        return max(abs(finger - self._goal / 2) for finger in self.fingers) < POSITION_TOLERANCE
 
     @property
     def holding(self) -> bool:
-        """Whether something keeps the closed fingers apart: all that a gripper can know."""
+        """Whether something keeps the closed fingers apart."""
         return self._goal == 0.0 and self.width > EMPTY_WIDTH
 
     def command(self, width: float) -> None:
-        """Have the fingers go to `width` m from one another."""
+        """Command a width between the fingers, m."""
         self._goal = width
         for joint in FINGER_JOINTS:
             self._client.setJointMotorControl2(

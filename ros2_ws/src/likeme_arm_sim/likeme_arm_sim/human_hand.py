@@ -1,7 +1,7 @@
-"""The person's hand as matter: a body dragged along a path, which pushes or holds toys.
+"""The person's hand: a body dragged along a path, which pushes or holds toys.
 
-A strong constraint drags the body, so that what it touches is moved by contact. A grasp is a firm
-constraint between hand and toy: people do not slip.
+A strong constraint drags the body, so that it moves what it touches by contact. A grasp is a fixed
+constraint between hand and toy, because people rarely let things slip.
 """
 
 from __future__ import annotations
@@ -12,24 +12,24 @@ from typing import Any
 import numpy as np
 import pybullet
 
-from likeme_arm_sim.hand import Posture, Side, hand_parts
+from likeme_arm_sim.hand_shapes import Posture, Side, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh
+from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld, Vector
 from likeme_arm_sim.toys import collision_shape
-from likeme_arm_sim.world import TIME_STEP, Vector, World
 
-# Beyond the far edge of the camera's picture, forearm included (test_demonstrator.py projects it).
+# Out of the camera's view, forearm included (test_simulated_person.py projects it).
 AWAY = np.array([1.75, 0.0, 0.30])
 # Between thumb and fingers of an open hand, m.
 OPEN = 0.095
 
 
 class HumanHand:
-    """A left and a right hand of which one is in use; motions call `tick` at every physics step.
+    """A left and a right hand, one of them in use; motions call `tick` at every physics step.
 
-    Positions are of the hand frame's origin (see hand.py), m, base_link.
+    Positions are of the hand frame's origin (see hand_shapes.py), m, base_link.
     """
 
-    def __init__(self, world: World, tick: Callable[[], None]) -> None:
+    def __init__(self, world: PhysicsWorld, tick: Callable[[], None]) -> None:
         self._world, self._tick, self._client = world, tick, world.client
         self._physics = world.physics.hand
         self._bodies = {side: self._add_body(side) for side in Side}
@@ -40,7 +40,7 @@ class HumanHand:
         self.reset()
 
     def reset(self) -> None:
-        """Put empty hands out of sight: only for setting the table up."""
+        """Put empty hands out of view: for setting up the table only."""
         self.release()
         for side in Side:
             self.goal, self.side = AWAY, side
@@ -50,48 +50,45 @@ class HumanHand:
 
     @property
     def away(self) -> bool:
-        """Whether the hand is where it rests, out of the camera's sight."""
+        """Whether the hand is out of the camera's view."""
         return bool(np.allclose(self.goal, AWAY, atol=0.01))
 
     @property
     def position(self) -> Vector:
-        """Where the hand truly is."""
+        """The true position of the hand."""
         return np.array(self._client.getBasePositionAndOrientation(self._bodies[self.side])[0])
 
     @property
     def parts(self) -> tuple[ConvexMesh, ...]:
-        """What the camera sees of the hand, in the hand frame."""
-        # Rounded, because each shape is built once and kept.
+        """The visible parts of the hand, in the hand frame."""
+        # Rounded, so that the cached shapes are few.
         yaw, opening = round(self.yaw, 1), round(self.opening, 2)
         return tuple(hand_parts(self.posture, yaw, opening, self.side).values())
 
     def take(
         self, side: Side, posture: Posture, touches: str | None = None, yaw: float = 0.0
     ) -> None:
-        """Choose hand and posture, and the one toy that feels the hand; only while it is away.
-
-        The hand is soft and careful: it moves nothing but what it means to push.
-        """
+        """Choose hand and posture, and the only toy that it collides with; only while away."""
         self.side, self.posture, self.yaw, self.opening = side, posture, yaw, OPEN
         for name, toy in self._world.toys.items():
             solid = int(name == touches)
             self._client.setCollisionFilterPair(self._bodies[side], toy, -1, -1, solid)
 
     def move_to(self, goal: Vector, speed: float) -> None:
-        """Move in a straight line with minimum jerk; `speed` is the mean, m/s."""
+        """Move in a straight line with minimum jerk; `speed` is the mean speed, m/s."""
         start, change = self.goal, goal - self.goal
         seconds = max(float(np.linalg.norm(change)) / speed, 0.1)
         for share in minimum_jerk(int(np.ceil(seconds / TIME_STEP))):
             self.hold_at(start + share * change)
 
     def hold_at(self, goal: Vector) -> None:
-        """Drag the hand towards a position during one control step."""
+        """Drag the hand towards a position for one control step."""
         self.goal = goal
         self._drag()
         self._tick()
 
     def wait(self, seconds: float) -> None:
-        """Keep still for a while."""
+        """Keep still for a time."""
         for _ in range(round(seconds / TIME_STEP)):
             self.hold_at(self.goal)
 
@@ -102,7 +99,7 @@ class HumanHand:
             self.hold_at(self.goal)
 
     def grasp(self, name: str) -> None:
-        """Hold a toy firmly: from now on it goes with the hand."""
+        """Attach a toy to the hand."""
         toy = self._world.toy_pose(name)
         offset = (toy.position - self.position).tolist()
         self._grip = self._client.createConstraint(
@@ -112,7 +109,7 @@ class HumanHand:
         self._client.changeConstraint(self._grip, maxForce=self._physics.grip_force)
 
     def release(self) -> None:
-        """Let go."""
+        """Detach the held toy, if any."""
         if self._grip is not None:
             self._client.removeConstraint(self._grip)
         self._grip = None
@@ -147,6 +144,6 @@ class HumanHand:
 
 
 def minimum_jerk(count: int) -> Vector:
-    """Share of the way after each of `count` steps, from 0 to 1 (Flash and Hogan 1985)."""
+    """Fraction of the distance after each of `count` steps (Flash and Hogan 1985)."""
     t = np.arange(1, count + 1) / count
     return np.asarray(t**3 * (10 - 15 * t + 6 * t**2))

@@ -1,4 +1,4 @@
-"""What a first-generation Kinect makes of an ideal frame.
+"""Sensor model of a first-generation Kinect.
 
 - Axial noise, sigma = 0.0012 + 0.0019 (z - 0.4)^2 m, and lateral noise of 0.8 px (0.83 px at 45
   degrees, 0.87 px at 60): Nguyen, Izadi and Lovell, "Modeling Kinect Sensor Noise for Improved 3D
@@ -24,7 +24,7 @@ from likeme_arm_sim.kinect_noise import Image32, KinectNoise, NoiseTiles
 from likeme_arm_sim.renderer import Rendering
 from likeme_arm_sim.scene import CameraMount
 
-# No shadow is wider than f b / nearest, 98 px.
+# Greatest width of a shadow, f b / nearest, px.
 REACH = 98
 
 
@@ -71,7 +71,7 @@ def in_projector_shadow(depth: Image32, shift: float) -> NDArray[np.bool_]:
     column = np.divide(np.float32(-shift), depth)
     column += np.arange(depth.shape[1], dtype=np.float32)
     # Running minimum from the right by doubling: after k steps a pixel knows 2^k - 1 neighbours.
-    # Reading a neighbour that has been updated already does no harm, so this works in place.
+    # Reading a neighbour that has been updated already is harmless, so this works in place.
     first, reach = column.copy(), 1
     while reach <= REACH:
         cv2.min(first[:, :-reach], first[:, reach:], dst=first[:, :-reach])
@@ -90,7 +90,7 @@ def steepness(depth: Image32, focal_length: float) -> Image32:
 
 
 class Kinect:
-    """A depth sensor with its own chance: the same seed and frames give the same images."""
+    """A depth sensor with a random stream of its own: same seed and frames, same images."""
 
     def __init__(
         self, camera: CameraMount, noise: KinectNoise | None = None, seed: int = 0
@@ -100,11 +100,11 @@ class Kinect:
         self._tiles = NoiseTiles(camera, self._noise, np.random.default_rng(seed))
 
     def restart(self, seed: int) -> None:
-        """Go on with chance of this seed: the same sensor, other frames."""
+        """Reseed the noise of the frames; the fixed noise of the sensor stays."""
         self._tiles.restart(np.random.default_rng(seed))
 
     def sense(self, rendering: Rendering) -> RgbdImages:
-        """The frame the sensor delivers for an ideal rendering."""
+        """The measured frame of an ideal rendering."""
         expected = (self._camera.height, self._camera.width)
         if rendering.depth.shape != expected:
             got = 'x'.join(map(str, rendering.depth.shape))
@@ -120,7 +120,7 @@ class Kinect:
 
     def _depth(self, ideal: Image32) -> NDArray[np.uint16]:
         noise, camera = self._noise, self._camera
-        # Beyond its range the sensor knows nothing anyway, and infinity spoils differences.
+        # Infinite depth would make differences NaN; out of range there is no reading anyway.
         depth = np.ascontiguousarray(np.minimum(ideal, np.float32(2 * noise.farthest)))
         lost = in_projector_shadow(depth, camera.fx * noise.baseline)
         lost |= steepness(depth, camera.fx) > self._tiles.steepest()

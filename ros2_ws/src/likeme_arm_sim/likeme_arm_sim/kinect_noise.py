@@ -1,4 +1,4 @@
-"""The chance in the Kinect: its parameters, and noise images drawn beforehand."""
+"""Noise of the Kinect: its parameters, and precomputed noise images."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class KinectNoise:
         disparity_step: px.
         grazing_from, grazing_to: incidence between which a reading becomes unlikely, rad.
         grazing_loss: share of readings that are lost at grazing incidence and across edges.
-        speckle_loss: share of readings that are missing anywhere, any time.
+        speckle_loss: share of readings that are missing regardless of incidence.
         nearest, farthest: range, m.
         colour: standard deviation of each colour channel, 8-bit steps.
         lens_blur: standard deviation of the point spread, px; 0 for none.
-        patterns: how many noise images take turns, so that what does not move can be compressed;
-            0: fresh noise in every frame, as a real sensor has.
+        patterns: number of noise images that are repeated in turn, so that static scenes
+            compress; 0: independent noise in every frame.
     """
 
     axial_base: float = 0.0012
@@ -55,7 +55,7 @@ class KinectNoise:
 
 
 class NoiseTiles:
-    """Noise drawn once, larger than the image, and read from a new random place per frame.
+    """Noise drawn once, larger than the image, and read at a new random offset per frame.
 
     Fresh normal numbers for 300,000 pixels would cost more than the whole frame. A pixel meets one
     of `MARGIN`^2 = 16,384 samples, independently from frame to frame, so its statistics over time
@@ -86,11 +86,11 @@ class NoiseTiles:
         ]
 
     def restart(self, rng: np.random.Generator) -> None:
-        """Draw the places to read from by `rng` from now on; the noise itself stays."""
+        """Draw offsets by `rng` from now on; the noise images stay."""
         self._rng, self._frames = rng, 0
 
     def begin_frame(self) -> None:
-        """A new frame: with `patterns`, its noise is that of one before."""
+        """Start a frame; with `patterns`, choose its noise image."""
         if self._patterns is not None:
             pattern = self._patterns[self._frames % len(self._patterns)]
             self._rng, self._frames = np.random.default_rng(pattern), self._frames + 1

@@ -1,6 +1,6 @@
-"""Where the gripper is for given joints, and back: a planning copy of the arm, in its own client.
+"""Forward and inverse kinematics, with a copy of the arm in a pybullet client of its own.
 
-The copy never takes part in the simulation, so that trying out joint angles disturbs nothing.
+The copy is not part of the simulation, so that setting its joints has no effect there.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ GRASP_LINK = 11
 # Folded backwards over the robot's right, hand down: no part of the arm covers the table in the
 # camera's picture (test_arm.py projects it).
 HOME = np.array([-2.0, 0.2, 0.0, -2.2, 0.0, 2.4, 0.785])
-# Middle of the work area, hand down: what the redundant joint is drawn to.
+# Middle of the work area, hand down: the rest pose for the redundant joint.
 READY = np.array([0.0, 0.0, 0.0, -2.2, 0.0, 2.2, 0.785])
 
 POSITION_TOLERANCE = 0.01
 ANGLE_TOLERANCE = 0.05
-# Of 20 steps each; a neighbour of a solution needs one.
+# Calls of bullet's solver, 20 steps each; near a solution one is enough.
 REFINEMENTS = 30
 
 
 def load_panda(client: Any) -> int:
     """The arm with its gripper, base at the origin: the body's id."""
-    # The camera draws its own meshes: without bullet's a cell is there in half the time.
+    # The renderer has its own meshes; loading bullet's would double the start time.
     flags = pybullet.URDF_IGNORE_VISUAL_SHAPES
     return int(client.loadURDF(str(PANDA_URDF), useFixedBase=True, flags=flags))
 
@@ -46,7 +46,7 @@ class Kinematics:
     """Forward and inverse kinematics of the arm, by pybullet's damped least squares."""
 
     def __init__(self, reach: float = np.inf) -> None:
-        """reach: m from the base's axis, beyond which no solution is looked for."""
+        """reach: m from the base's axis, beyond which there is no solution."""
         self._client: Any = connect()
         self.reach = reach
         self._arm = load_panda(self._client)
@@ -102,7 +102,7 @@ class Kinematics:
         return joints
 
     def nearest(self, pose: ToolPose, seed: Vector) -> Vector:
-        """As `inverse` for a gripper that may as well be turned by pi: the less twisted wrist."""
+        """As `inverse`, at the yaw or turned by pi, whichever turns the wrist less."""
         found = []
         for yaw in (pose.yaw, pose.yaw + np.pi):
             try:
@@ -115,7 +115,7 @@ class Kinematics:
 
     @staticmethod
     def guess(pose: ToolPose) -> Vector:
-        """Joints to start a search from: the base turned towards the pose, the rest at READY."""
+        """A start for `inverse`: the base turned towards the pose, the rest at READY."""
         return np.array([np.arctan2(pose.y, pose.x), *READY[1:]])
 
     def _refine(self, pose: ToolPose, orientation: Any, joints: Vector) -> Vector:

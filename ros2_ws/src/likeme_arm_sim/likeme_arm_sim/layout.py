@@ -1,4 +1,4 @@
-"""Where an experimenter puts the toys between trials: drawn at random within the named states."""
+"""Random places for objects within given states, as an experimenter would choose them."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from likeme_arm_sim.scene import Scene
 from likeme_core.geometry import Rectangle
 from likeme_core.tabletop import State
 
-# Well inside the areas, so that a toy is where its state says whatever side of it the camera sees;
-# OFFTABLE is the floor at the robot's right, where the camera sees past the table's edge.
+# Well inside the areas, so that a toy's state does not depend on which side of it the camera sees.
+# OFFTABLE is the floor at the robot's right, which the camera sees past the table's edge.
 START_AREAS: Mapping[State, Rectangle] = {
     State.LEFT: Rectangle(0.34, 0.54, 0.09, 0.25),
     State.RIGHT: Rectangle(0.34, 0.54, -0.25, -0.09),
     State.OFFTABLE: Rectangle(0.28, 0.58, -0.70, -0.62),
 }
-# Between the middles of two toys, m.
+# Least distance between the centres of two toys, m.
 SPACING = 0.13
 TRIES = 300
 
 
 class Placement(NamedTuple):
-    """Where a toy is put: x, y, m; height of the ground there, m; yaw, rad."""
+    """Where a toy is put: x, y and height of the ground there, m; yaw, rad."""
 
     x: float
     y: float
@@ -33,8 +33,10 @@ class Placement(NamedTuple):
     yaw: float
 
 
-def wanted_states(scene: Scene, objects: Sequence[str], states: Sequence[int]) -> dict[str, State]:
-    """Named objects with the states they are wanted in.
+def checked_states(
+    scene: Scene, objects: Sequence[str], states: Sequence[int]
+) -> dict[str, State]:
+    """States by object name, validated.
 
     Raises:
         ValueError: unknown objects or states, or not one state an object.
@@ -75,7 +77,7 @@ def _free_spot(
     spots = rng.uniform(low, high, (TRIES, 2))
     if taken:
         room = np.linalg.norm(spots[:, None] - np.array(taken)[None], axis=2).min(axis=1)
-        # The first that is free, and in a crowd the one with most room.
+        # The first free one; if none is free, the one with most room.
         spot = spots[int(np.argmax(room > SPACING) if room.max() > SPACING else room.argmax())]
     else:
         spot = spots[0]

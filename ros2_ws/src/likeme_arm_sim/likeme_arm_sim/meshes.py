@@ -1,7 +1,7 @@
-"""Convex triangle meshes: what pybullet collides with and what the camera sees.
+"""Convex triangle meshes, for collisions and for drawing.
 
-Everything solid in the cell is a set of convex parts. Convexity makes each part a bullet hull as
-it stands, and lets the renderer cover each of its pixels once after back-face culling.
+Every body of the cell is a set of convex parts. A convex part is a bullet hull, and after
+back-face culling it covers each pixel at most once.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def convex_hull(points: ArrayLike, colour: Colour) -> ConvexMesh:
     index = np.full(len(cloud), -1, np.int32)
     index[kept] = np.arange(len(kept), dtype=np.int32)
     triangles, vertices = index[hull.simplices], cloud[kept]
-    # Qhull leaves the winding to chance; its plane equations point outwards.
+    # Qhull's winding is arbitrary; its plane equations point outwards.
     inward = np.einsum('ti,ti->t', _cross_of_edges(vertices[triangles]), hull.equations[:, :3]) < 0
     triangles[inward] = triangles[inward][:, ::-1]
     return ConvexMesh(vertices, triangles, _uniform(colour, len(triangles)))

@@ -1,9 +1,9 @@
-"""Between the cell's values and ROS messages; decides nothing."""
+"""Conversion between the simulated cell's values and ROS messages."""
 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,8 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.arm import Arm
-from likeme_arm_sim.cell import MotionResult
-from likeme_arm_sim.driver import Driver
 from likeme_arm_sim.scene import CameraMount
+from likeme_arm_sim.simulation_driver import MotionReport, SimulationDriver
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
@@ -54,7 +53,7 @@ def camera_info_message(camera: CameraMount) -> CameraInfo:
 
 
 def joint_state_message(arm: Arm, stamp: Time) -> JointState:
-    """Angles (rad) and velocities (rad/s) of the arm, and the fingers' places (m)."""
+    """Angles (rad) and velocities (rad/s) of the arm, and the fingers' positions (m)."""
     message = JointState()
     message.header.stamp = stamp
     message.header.frame_id = BASE_FRAME
@@ -85,26 +84,29 @@ def _view(item: ObjectState) -> ObjectView:
 
 
 def motion_response(
-    result: MotionResult, driver: Driver, response: ExecuteAction.Response
+    report: MotionReport, response: ExecuteAction.Response
 ) -> ExecuteAction.Response:
-    """How a motion ended, on the driver's clock."""
-    response.success = result.outcome is MotionOutcome.COMPLETED
-    response.outcome, response.message = int(result.outcome), result.message
-    if result.started is not None and result.finished is not None:
-        response.started = time_msg(driver.stamp(result.started))
-        response.finished = time_msg(driver.stamp(result.finished))
+    """How a motion ended."""
+    response.success = report.outcome is MotionOutcome.COMPLETED
+    response.outcome, response.message = int(report.outcome), report.message
+    response.started, response.finished = time_msg(report.started), time_msg(report.finished)
     return response
 
 
-def diagnostics_message(driver: Driver, counts: Mapping[str, Any]) -> DiagnosticArray:
-    """Whether the cell is held, moving or idle, and some counts."""
+def diagnostics_message(
+    driver: SimulationDriver, counts: Mapping[str, Any], conflicts: Sequence[str] = ()
+) -> DiagnosticArray:
+    """Whether the cell is held, moving or idle, and some counts; an ERROR for each conflict."""
     held = driver.cell.held
-    level = DiagnosticStatus.WARN if held else DiagnosticStatus.OK
-    said = 'held' if held else 'moving' if driver.busy else 'idle'
-    age = driver.sightings.age(driver.now)
+    if conflicts:
+        level, message = DiagnosticStatus.ERROR, ' '.join(conflicts)
+    else:
+        level = DiagnosticStatus.WARN if held else DiagnosticStatus.OK
+        message = 'held' if held else 'moving' if driver.busy else 'idle'
+    age = driver.perceived.age(driver.now)
     values = {**counts, 'errors': driver.errors, 'table_state_age_s': f'{age:.2f}'}
     stamp = time_msg(driver.now)
-    return diagnostics_msg('arm_driver', level, said, values, stamp, 'simulated cell')
+    return diagnostics_msg('arm_driver', level, message, values, stamp, 'simulated cell')
 
 
 def reset_outcome(error: BaseException | None) -> ResetOutcome:

@@ -1,4 +1,4 @@
-"""What drives and stops a motion: each of its control steps lets time pass, unless it is held."""
+"""Steps the physics during a motion, and stops the motion on hold or at its deadline."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from collections.abc import Callable
 
 import numpy as np
 
-from likeme_arm.motion import Ending
-from likeme_arm_sim.world import World
+from likeme_arm.motion import PrimitiveResult
+from likeme_arm_sim.physics_world import PhysicsWorld
 from likeme_core.outcomes import MotionOutcome
 
 OnTick = Callable[[], None]
 
 
-class StoppedError(Exception):
-    """The motion in progress was stopped before this control step."""
+class MotionStoppedError(Exception):
+    """The motion was stopped before this control step."""
 
 
-class Steering:
-    """One motion at a time. Not thread-safe, but for `hold` and `resume`."""
+class MotionController:
+    """Runs one motion at a time. Only `hold` and `resume` are thread-safe."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: PhysicsWorld) -> None:
         self._world = world
         self._held = threading.Event()
         self._on_tick: OnTick | None = None
@@ -41,41 +41,41 @@ class Steering:
         self._held.clear()
 
     def tick(self) -> None:
-        """Let one control step pass: what arm and hand call in every motion.
+        """Advance by one control step; arm and hand call it in every motion.
 
         Raises:
-            StoppedError: motion is held, or its time is used up.
+            MotionStoppedError: motion is held, or its time is used up.
         """
         if self.held or self._world.time >= self._deadline:
-            raise StoppedError
+            raise MotionStoppedError
         self._world.step()
         if self._on_tick is not None:
             self._on_tick()
 
     def run(
         self,
-        motion: Callable[[], Ending],
+        motion: Callable[[], PrimitiveResult],
         halt: Callable[[], None],
         on_tick: OnTick | None = None,
         budget: float = np.inf,
-    ) -> Ending:
-        """Carry out a motion; however it is broken off, `halt` is called.
+    ) -> PrimitiveResult:
+        """Run a motion; calls `halt` if it does not end normally.
 
         Args:
             motion: calls `tick` at each of its control steps.
-            halt: makes everything that moves stand still.
+            halt: stops arm and hand.
             on_tick: called after every physics step.
             budget: simulated s after which the motion is stopped.
         """
         self._on_tick, self._deadline = on_tick, self._world.time + budget
         try:
             return motion()
-        except StoppedError:
+        except MotionStoppedError:
             halt()
             outcome = MotionOutcome.HELD if self.held else MotionOutcome.FAILED
-            return Ending(outcome, self._stopped_because())
+            return PrimitiveResult(outcome, self._stopped_because())
         except BaseException:
-            # Nobody steers any more: without this the arm would go on to its last target.
+            # Without it the arm would go on to its last target.
             halt()
             raise
         finally:

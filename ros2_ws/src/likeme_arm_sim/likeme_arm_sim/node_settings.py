@@ -6,12 +6,20 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from likeme_arm_sim.cell import CellSettings
-from likeme_arm_sim.driver import DriverSettings
+from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
+from likeme_arm_sim.simulation_driver import SimulationSettings
 from likeme_core.settings import Setting
 from likeme_core.tabletop import State
 
 SETTINGS: dict[str, Setting] = {
-    'seed': Setting(1, 'Of first places, camera noise and person.', (0, 2**31), read_only=True),
+    'simulate': Setting(
+        [part.value for part in SimulatedPart],
+        'Parts to simulate: arm, person, camera; those left out are real.',
+        read_only=True,
+    ),
+    'seed': Setting(
+        1, 'Of first places, camera noise, arm and person.', (0, 2**31), read_only=True
+    ),
     'initial_states': Setting(
         ['pear:RIGHT', 'lemon:LEFT', 'chicken:RIGHT'],
         "First states, as 'pear:RIGHT'.",
@@ -20,21 +28,28 @@ SETTINGS: dict[str, Setting] = {
     'arm_speed': Setting(1.0, "Factor on the arm's speeds.", (0.2, 1.5), read_only=True),
     'human_speed': Setting(1.0, "Factor on the person's speeds.", (0.3, 2.0), read_only=True),
     'camera_rate': Setting(30.0, 'Frames per simulated second.', (1.0, 60.0), read_only=True),
-    'publish_clock': Setting(True, 'Publish simulated time on /clock.', read_only=True),
-    'motion_budget': Setting(60.0, 'Simulated s a motion may take.', (5.0, 600.0), read_only=True),
+    'publish_clock': Setting(
+        True, 'Publish simulated time on /clock, if every part is simulated.', read_only=True
+    ),
+    'motion_budget': Setting(
+        60.0, 'Greatest duration of a motion, simulated s.', (5.0, 600.0), read_only=True
+    ),
     'table_state_timeout': Setting(
-        2.0, 'Simulated s a table_state may be acted on.', (0.1, 60.0), read_only=True
+        2.0,
+        'Greatest age of a table_state that is acted on, simulated s.',
+        (0.1, 60.0),
+        read_only=True,
     ),
     'real_time_factor': Setting(
         1.0,
-        'Simulated s per s; 0: as fast as it goes (/clock may go back at a restart).',
+        'Simulated s per s; 0: as fast as possible; 1 if a part is real.',
         (0.0, 100.0),
     ),
 }
 
 
 def cell_settings(values: Mapping[str, Any]) -> CellSettings:
-    """What the simulated cell is told."""
+    """Settings of the simulated cell."""
     return CellSettings(
         arm_speed=values['arm_speed'],
         human_speed=values['human_speed'],
@@ -42,11 +57,29 @@ def cell_settings(values: Mapping[str, Any]) -> CellSettings:
     )
 
 
-def driver_settings(values: Mapping[str, Any]) -> DriverSettings:
-    """What the one who drives it is told."""
-    return DriverSettings(
-        values['camera_rate'], values['motion_budget'], values['table_state_timeout']
+def simulation_settings(values: Mapping[str, Any]) -> SimulationSettings:
+    """Settings of the simulation driver.
+
+    Raises:
+        ValueError: unknown parts, or a real_time_factor that does not suit a real part.
+    """
+    wall_time = simulated_parts(values['simulate']) != ALL_PARTS
+    check_real_time_factor(values['real_time_factor'], wall_time)
+    return SimulationSettings(
+        values['camera_rate'], values['motion_budget'], values['table_state_timeout'], wall_time
     )
+
+
+def check_real_time_factor(factor: float, wall_time: bool) -> None:
+    """Refuse any other rate than that of the real parts.
+
+    Raises:
+        ValueError: it is not 1 although a part is real.
+    """
+    if wall_time and factor != 1.0:
+        raise ValueError(
+            f'Expected real_time_factor 1 while a part of the cell is real, got {factor:g}.'
+        )
 
 
 def initial_states(pairs: Sequence[str]) -> dict[str, State]:

@@ -1,4 +1,4 @@
-"""The numbers of the simulated matter that no drawing gives; the fitted ones are in `fitted.py`.
+"""Physical parameters: masses, frictions, forces; the fitted ones are in `fitted_parameters.py`.
 
 Bullet multiplies the friction coefficients of the two bodies that touch.
 """
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields
 from types import MappingProxyType
 
 from likeme_arm.primitives import PrimitiveSettings
-from likeme_arm_sim.fitted import fitted, values
+from likeme_arm_sim.fitted_parameters import fitted, fitted_values
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class GripperPhysics:
         speed: of each finger, m/s.
         friction: Coulomb coefficient of the pads.
         spinning_friction: bullet's torsional coefficient of the pads, m.
-        gear_force: that keeps both fingers equally far from the middle, N.
+        gear_force: keeps both fingers equally far from the middle, N.
     """
 
     force: float = fitted('grip_force')
@@ -59,8 +59,8 @@ class HandPhysics:
 
     Attributes:
         mass: kg.
-        drag_force: greatest that moves the hand along its path, N.
-        grip_force: greatest between the hand and what it holds, N: people do not slip.
+        drag_force: greatest force that moves the hand along its path, N.
+        grip_force: greatest force between the hand and what it holds, N.
         friction: Coulomb coefficient, dry skin on plastic.
     """
 
@@ -72,17 +72,17 @@ class HandPhysics:
 
 @dataclass(frozen=True)
 class ArmAccuracy:
-    """How far the arm is from where it believes to be: calibration, play and length.
+    """Errors of the arm: calibration, play and reach.
 
     Attributes:
         bias_x, bias_y: of the hand-eye calibration in the middle of the work area, the same in
             every motion, m.
-        skew: how far that calibration is turned about there, rad.
+        skew: rotation of that calibration about the same point, rad.
         noise: standard deviation of x and of y, drawn once a motion, m.
         noise_z: the same of the height, m.
         turn: standard deviation of the hand's yaw, rad.
         reach: greatest distance of the grasp point from the base's axis, m; beyond it inverse
-            kinematics gives up. The Panda's own reach is longer, the real robot's arm was not.
+            kinematics finds no solution. The Panda's own reach is longer than the real robot's.
     """
 
     bias_x: float = fitted('arm_bias_x')
@@ -94,7 +94,7 @@ class ArmAccuracy:
     reach: float = fitted('reach')
 
 
-# The fields of ToyPhysics that may be fitted, by what `fitted.py` calls them after the toy's name.
+# The fields of ToyPhysics that may be fitted, by their suffix in `fitted_parameters.py`.
 TOY_FIELDS = {
     'mass': 'mass',
     'friction': 'friction',
@@ -104,26 +104,26 @@ TOY_FIELDS = {
 
 
 def fitted_fields(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Fields of a toy's ToyPhysics by those parameters of `fitted.py` that are its own."""
+    """Fields of a toy's ToyPhysics by those fitted parameters that are its own."""
     keys = {field: f'{name}_{word}' for word, field in TOY_FIELDS.items()}
     return {field: parameters[key] for field, key in keys.items() if key in parameters}
 
 
 TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
     {
-        'pear': ToyPhysics(**fitted_fields('pear', values())),
-        'lemon': ToyPhysics(**fitted_fields('lemon', values())),
-        # It slides and does not roll: what it would do rolling is not fitted.
+        'pear': ToyPhysics(**fitted_fields('pear', fitted_values())),
+        'lemon': ToyPhysics(**fitted_fields('lemon', fitted_values())),
+        # It slides and does not roll: its rolling friction is not fitted.
         'chicken': ToyPhysics(
-            rolling_friction=0.0020, restitution=0.05, **fitted_fields('chicken', values())
+            rolling_friction=0.0020, restitution=0.05, **fitted_fields('chicken', fitted_values())
         ),
     }
 )
 
 
 def fitted_primitives(parameters: Mapping[str, float] | None = None) -> PrimitiveSettings:
-    """How the simulated robot acts: by the fitted parameters, or by other values of them."""
-    given = values() if parameters is None else parameters
+    """Settings of the primitives, from the fitted parameters or other values of them."""
+    given = fitted_values() if parameters is None else parameters
     return PrimitiveSettings(
         **{f.name: given[f.name] for f in fields(PrimitiveSettings) if f.name in given}
     )
@@ -131,12 +131,12 @@ def fitted_primitives(parameters: Mapping[str, float] | None = None) -> Primitiv
 
 @dataclass(frozen=True)
 class Physics:
-    """All of it; what differs between two cells of the same shape.
+    """All physical parameters of a cell.
 
     Attributes:
         gravity: m/s^2, along z.
         ground_friction: Coulomb coefficient of the table top and of the floor.
-        toys: by name; a toy that is not named keeps the numbers it was made with.
+        toys: by name; a toy that is not named keeps its own.
     """
 
     gravity: float = -9.81

@@ -1,4 +1,4 @@
-"""Triangles to pixels with NumPy alone: exact at pixel centres, without a loop over triangles.
+"""Rasterises triangles with NumPy: exact at pixel centres, without a loop over triangles.
 
 A front-facing triangle becomes one span of pixels per image row, a span becomes fragments. Inverse
 depth and brightness are linear in the image within a triangle (brightness nearly so), hence one
@@ -17,7 +17,7 @@ from likeme_arm_sim.scene import CameraMount
 
 Indices = NDArray[np.intp]
 
-# Triangles are cut at this distance before the lens, m: projection needs z > 0.
+# Distance of the near plane, m: projection needs z > 0.
 NEAR = 0.05
 
 
@@ -44,7 +44,7 @@ def clip_near(corners: Floats) -> tuple[Floats, Indices]:
         corners: (T, 3, 4) corners in the optical frame: x, y, z in m, and brightness.
 
     Returns:
-        The triangles before the lens (T', 3, 4) and, for each, the index of its original (T',).
+        The triangles beyond the near plane (T', 3, 4), and the index of each one's original (T',).
     """
     before = corners[:, :, 2] > NEAR
     whole = np.flatnonzero(before.all(axis=1))
@@ -59,7 +59,7 @@ def clip_near(corners: Floats) -> tuple[Floats, Indices]:
 
 
 def _cut(triangle: Floats) -> Floats:
-    """The part of one triangle (3, 4) before the near plane, as 1 or 2 triangles (_, 3, 4)."""
+    """The part of one triangle (3, 4) beyond the near plane, as 1 or 2 triangles (_, 3, 4)."""
     kept = []
     for start, end in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
         if start[2] > NEAR:

@@ -1,8 +1,8 @@
 """A z-buffer camera for convex meshes: colour and exact depth in a few milliseconds of NumPy.
 
-pybullet's own software renderer loads and draws heavy visual meshes and sustains a few frames per
-second at 640x480. Here the scene that stands still is drawn once, and per frame only the triangles
-of the bodies that may move and that face the camera are turned into pixels (see raster.py).
+pybullet's own software renderer loads and draws heavy visual meshes and reaches a few frames per
+second at 640x480. Here the static scene is drawn once, and per frame only the front triangles of
+the bodies that may move are rasterised (see raster.py).
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from likeme_arm_sim.shadows import SoftShadows
 
 # A soft light above the table, a little towards the robot's left and the camera.
 LIGHT = np.array([-0.30, 0.35, 0.89]) / np.linalg.norm([-0.30, 0.35, 0.89])
-# Together at most 1, so that no colour overflows.
+# Their sum is at most 1, so that no colour overflows.
 AMBIENT, DIFFUSE = 0.45, 0.55
-# The still background is drawn this much finer and averaged: smooth edges at no cost per frame.
+# The static background is drawn this much finer and averaged: smooth edges at no cost per frame.
 SUPERSAMPLING = 2
 
 
 class RenderBody(NamedTuple):
-    """A mesh and where it is: `pose` is the 4x4 transform from the mesh's frame to base_link."""
+    """A mesh and its pose, the 4x4 transform from the mesh's frame to base_link."""
 
     mesh: ConvexMesh
     pose: NDArray[np.float64]
@@ -37,12 +37,12 @@ class RenderBody(NamedTuple):
 
 @dataclass(frozen=True)
 class PaintedPlane:
-    """A still mesh in base_link whose colour is a function of place.
+    """A static mesh in base_link whose colour is a function of position.
 
     Attributes:
         mesh: vertices in base_link.
         paint: points (N, 3), m, to RGB (N, 3).
-        shadows_at: height, m, at which the mesh's top catches the moving bodies' shadows, if any.
+        shadows_at: height, m, at which the mesh's top shows the moving bodies' shadows, if any.
     """
 
     mesh: ConvexMesh
@@ -62,8 +62,8 @@ class Rendering(NamedTuple):
     depth: NDArray[np.float32]
 
 
-class View:
-    """A camera's fixed projection, and the maths of drawing with it."""
+class CameraProjection:
+    """Projection by a camera at a fixed pose."""
 
     def __init__(self, camera: CameraMount) -> None:
         self.camera = camera
@@ -71,7 +71,7 @@ class View:
         self.eye: Floats = pose[:3, 3]
         self._rotation: Floats = pose[:3, :3].T
 
-    def facing(self, body: RenderBody) -> tuple[Floats, NDArray[np.uint8]]:
+    def front_faces(self, body: RenderBody) -> tuple[Floats, NDArray[np.uint8]]:
         """A body's front triangles: corners (T, 3, 4) and colours (T, 3).
 
         A corner is a point in the optical frame, m, and its brightness.
@@ -83,19 +83,19 @@ class View:
         corners = np.empty((len(front), 3, 4))
         corners[:, :, :3] = seen[mesh.triangles[front]]
         to_light = (mesh.corner_normals.reshape(-1, 3) @ (LIGHT @ rotation)).reshape(-1, 3)[front]
-        # Half-Lambert: the side turned away still has shape, as under the sky of a lit room.
+        # Half-Lambert: faces turned away from the light still show shape.
         corners[:, :, 3] = AMBIENT + DIFFUSE * np.square(0.5 * to_light + 0.5)
         return corners, mesh.colours[front]
 
     def fragments(self, corners: Floats) -> tuple[Fragments, NDArray[np.intp]]:
         """Pixels of triangles (T, 3, 4) in the optical frame, and the triangle of each pixel."""
-        before_lens, origin = clip_near(corners)
-        image = project(before_lens, self.camera)
+        clipped, origin = clip_near(corners)
+        image = project(clipped, self.camera)
         found = fragments(image, self.camera.width, self.camera.height)
         return found, origin[found.triangle]
 
     def points(self, pixel: NDArray[np.intp], inverse_depth: NDArray[np.float32]) -> Floats:
-        """Where the pixels' surfaces are in base_link, (N, 3), m."""
+        """Surface points of the pixels in base_link, (N, 3), m."""
         v, u = np.divmod(pixel, self.camera.width)
         x, y = (u - self.camera.cx) / self.camera.fx, (v - self.camera.cy) / self.camera.fy
         rays = np.stack([x, y, np.ones_like(x)], axis=1) / inverse_depth[:, None]
@@ -103,38 +103,38 @@ class View:
 
 
 class MeshRenderer:
-    """Draws moving convex bodies before a background that stands still."""
+    """Draws moving convex bodies in front of a static background."""
 
     def __init__(
         self, camera: CameraMount, background: Sequence[RenderBody | PaintedPlane] = ()
     ) -> None:
-        self._view = View(camera)
-        _, self._still_inverse, surface = _draw_still(View(camera), background)
+        self._view = CameraProjection(camera)
+        _, self._static_inverse, surface = _draw_static(CameraProjection(camera), background)
         heights = [item.shadows_at for item in background if isinstance(item, PaintedPlane)]
         self._shadows = [
             SoftShadows(camera, LIGHT, height, surface)
             for height in heights
             if height is not None and surface.any()
         ]
-        fine, _, _ = _draw_still(View(_finer(camera, SUPERSAMPLING)), background)
+        fine, _, _ = _draw_static(CameraProjection(_finer(camera, SUPERSAMPLING)), background)
         size = (camera.width, camera.height)
-        self._still_rgb = np.asarray(
+        self._static_rgb = np.asarray(
             cv2.resize(fine, size, interpolation=cv2.INTER_AREA), np.uint8
         )
 
     def render(self, bodies: Sequence[RenderBody]) -> Rendering:
-        """The frame in which `bodies` are seen before the background."""
-        rgb, inverse = self._still_rgb.copy(), self._still_inverse.copy()
+        """The frame with `bodies` in front of the background."""
+        rgb, inverse = self._static_rgb.copy(), self._static_inverse.copy()
         for shadows in self._shadows:
             shadows.cast(rgb, bodies)
         if bodies:
-            parts = [self._view.facing(body) for body in bodies]
+            parts = [self._view.front_faces(body) for body in bodies]
             corners = np.concatenate([corners for corners, _ in parts])
             colours = np.concatenate([colours for _, colours in parts]).astype(np.float32)
             found, triangle = self._view.fragments(corners)
             nearest = _nearest(found, inverse)
             pixel, triangle, shade = found.pixel[nearest], triangle[nearest], found.shade[nearest]
-            # One channel at a time: three times as fast as rows of three bytes.
+            # One channel at a time is three times as fast as rows of three bytes.
             for channel in range(3):
                 rgb.reshape(-1, 3)[pixel, channel] = colours[:, channel][triangle] * shade
         with np.errstate(divide='ignore'):
@@ -161,16 +161,16 @@ def _finer(camera: CameraMount, factor: int) -> CameraMount:
     )
 
 
-def _draw_still(
-    view: View, background: Sequence[RenderBody | PaintedPlane]
+def _draw_static(
+    view: CameraProjection, background: Sequence[RenderBody | PaintedPlane]
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32], NDArray[np.bool_]]:
-    """What never moves: colour (H, W, 3), inverse depth (H, W) and where shadows can fall."""
+    """The static scene: colour (H, W, 3), inverse depth (H, W) and where shadows can fall."""
     shape = (view.camera.height, view.camera.width)
     rgb, inverse = np.full((*shape, 3), 40, np.uint8), np.zeros(shape, np.float32)
     surface = np.zeros(shape, bool)
     for item in background:
         pose = item.pose if isinstance(item, RenderBody) else np.eye(4)
-        corners, colours = view.facing(RenderBody(item.mesh, pose))
+        corners, colours = view.front_faces(RenderBody(item.mesh, pose))
         found, triangle = view.fragments(corners)
         seen = _nearest(found, inverse)
         pixel = found.pixel[seen]

@@ -1,4 +1,4 @@
-"""The simulated cell as a frozen description: what stands where, in metres, in base_link.
+"""Layout of the simulated cell: positions in base_link, m.
 
 base_link: x forward (towards the person), y left, z up; z = 0 is the table top and the robot's
 mounting plane. The layout follows Fig 2a of Chung et al. 2015: robot on one side of the work area,
@@ -18,7 +18,7 @@ from likeme_core.table import Table
 
 @dataclass(frozen=True)
 class CameraMount:
-    """A pinhole camera: where it hangs, where it looks, and its intrinsics (pixels).
+    """A pinhole camera: position, target and intrinsics (pixels).
 
     The optical frame follows ROS: z forward, x right, y down. Intrinsics are those commonly used
     for the first Kinect (525 px at 640x480).
@@ -53,14 +53,14 @@ class CameraMount:
         return pose
 
 
-# What ROS calls the camera's optical frame.
+# Frame id of the images.
 CAMERA_FRAME = 'camera_rgb_optical_frame'
 OBJECTS: tuple[str, ...] = ('pear', 'lemon', 'chicken')
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything that stands still."""
+    """Table, camera and the names of the objects."""
 
     table: Table = Table()
     camera: CameraMount = CameraMount()

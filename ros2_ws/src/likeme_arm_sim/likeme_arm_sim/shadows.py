@@ -1,8 +1,8 @@
 """Soft shadows of convex bodies on a horizontal surface, as the camera sees them.
 
 A convex part's shadow is the hull of its vertices' shadows, and projection keeps it convex: one
-small filled polygon per part, blurred. It is a picture of a lit room, not optics: depth of tone
-falls with the part's height above the surface, and bodies do not shade each other.
+small filled polygon per part, blurred. This is an approximation for appearance only: the
+shadow fades with the part's height above the surface, and bodies do not shade each other.
 """
 
 from __future__ import annotations

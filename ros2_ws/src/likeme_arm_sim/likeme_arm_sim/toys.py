@@ -1,4 +1,4 @@
-"""The three toys as physical things: shape and matter, and their bullet bodies."""
+"""The three toys: shape, mass properties, and their bullet bodies."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from likeme_arm_sim.meshes import ConvexMesh, Floats
 from likeme_arm_sim.physics import TOY_PHYSICS, ToyPhysics
 from likeme_arm_sim.toy_shapes import chicken_parts, lemon_parts, pear_parts
 
-# Bullet grows every hull by this margin, m; the collision shape is made that much smaller, so that
-# it touches where the camera sees the surface.
+# Bullet adds this margin to every hull, m; the collision shape is made that much smaller, so that
+# its surface is where the camera sees it.
 HULL_MARGIN = 0.001
-# Between the points by which mass is weighed, m.
+# Spacing of the points that the inertia is computed from, m.
 GRID = 0.003
 
 
@@ -27,12 +27,12 @@ class Toy:
     """One toy in its own frame: origin at the centre of mass, long axis x, upright axis z.
 
     Attributes:
-        parts: convex parts, together the whole surface; both collided with and seen.
+        parts: convex parts of the surface, for collisions and for drawing.
         physics: mass, friction and bounce.
         gyration: diagonal of the inertia tensor about the origin per mass, for uniform density,
             m^2.
         size: length along x, width along y, height along z, m.
-        resting_height: z of the origin above the table when it lies as it is placed, m.
+        resting_height: z of the origin above the table at rest, m.
     """
 
     name: str
@@ -48,8 +48,8 @@ class Toy:
         x, y, z = (self.physics.mass * radius for radius in self.gyration)
         return x, y, z
 
-    def made_of(self, physics: ToyPhysics) -> Toy:
-        """The same shape of other matter."""
+    def with_physics(self, physics: ToyPhysics) -> Toy:
+        """The same shape with other physical parameters."""
         return replace(self, physics=physics)
 
 
@@ -90,13 +90,13 @@ TOYS: Mapping[str, Toy] = MappingProxyType(
 
 
 def collision_shape(parts: tuple[ConvexMesh, ...], client: int) -> int:
-    """Bullet's compound of the convex parts' hulls, each drawn in by the collision margin.
+    """Bullet's compound of the convex parts' hulls, each shrunk by the collision margin.
 
-    Bullet reads compounds of hulls from files alone: one Wavefront object becomes one hull.
+    Bullet reads compounds of hulls only from files: one Wavefront object becomes one hull.
     """
     text, first = [], 1
     for index, part in enumerate(parts):
-        vertices = _drawn_in(part.vertices, HULL_MARGIN)
+        vertices = _shrunk(part.vertices, HULL_MARGIN)
         text.append(f'o part_{index}')
         text.extend('v {:.7f} {:.7f} {:.7f}'.format(*vertex) for vertex in vertices)
         text.extend('f {} {} {}'.format(*triangle) for triangle in part.triangles + first)
@@ -112,7 +112,7 @@ def collision_shape(parts: tuple[ConvexMesh, ...], client: int) -> int:
     return int(shape)
 
 
-def _drawn_in(vertices: Floats, margin: float) -> Floats:
+def _shrunk(vertices: Floats, margin: float) -> Floats:
     """Vertices moved inwards so that a ball of radius `margin` swept over them fits the body."""
     middle = (vertices.max(axis=0) + vertices.min(axis=0)) / 2
     half = np.ptp(vertices, axis=0) / 2
@@ -120,7 +120,7 @@ def _drawn_in(vertices: Floats, margin: float) -> Floats:
 
 
 def spawn(toy: Toy, client: int, position: tuple[float, float, float]) -> int:
-    """Put a toy into a bullet world, upright, at a position, m. Returns the body id."""
+    """Add an upright toy to a bullet client at a position, m. Returns the body id."""
     body = bullet.createMultiBody(
         baseMass=toy.physics.mass,
         baseCollisionShapeIndex=collision_shape(toy.parts, client),

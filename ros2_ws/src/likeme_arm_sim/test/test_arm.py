@@ -7,25 +7,25 @@ import pytest
 
 from likeme_arm.tool_pose import NoSolutionError, ToolPose
 from likeme_arm_sim.arm import Arm
+from likeme_arm_sim.joint_path import trapezoidal_profile
 from likeme_arm_sim.kinematics import Kinematics
-from likeme_arm_sim.panda import panda_links
-from likeme_arm_sim.paths import travel
+from likeme_arm_sim.panda_meshes import panda_links
+from likeme_arm_sim.physics_world import STEP_RATE, PhysicsWorld
 from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import TOYS
-from likeme_arm_sim.world import STEP_RATE, World
 
 
 @pytest.fixture
-def world() -> World:
-    return World(Scene(), TOYS)
+def world() -> PhysicsWorld:
+    return PhysicsWorld(Scene(), TOYS)
 
 
 @pytest.fixture
-def arm(world: World) -> Arm:
+def arm(world: PhysicsWorld) -> Arm:
     return Arm(world.client, Kinematics(), world.step)
 
 
-def test_home_covers_nothing_of_the_table(arm: Arm) -> None:
+def test_the_arm_at_home_does_not_occlude_the_table(arm: Arm) -> None:
     scene = Scene()
     eye = np.asarray(scene.camera.position)
     poses = arm.link_poses()
@@ -40,7 +40,7 @@ def test_home_covers_nothing_of_the_table(arm: Arm) -> None:
         assert not any(covered), name
 
 
-def test_lines_end_where_they_should_at_their_speed(world: World, arm: Arm) -> None:
+def test_lines_end_where_they_should_at_their_speed(world: PhysicsWorld, arm: Arm) -> None:
     arm.reach(ToolPose(0.44, -0.2, 0.1, np.pi / 2))
     start, began = arm.tool, world.time
     arm.move_to(start._replace(y=0.2), speed=0.2)
@@ -61,7 +61,7 @@ def test_until_stops_a_line(arm: Arm) -> None:
     assert abs(arm.tool.y) < 0.03
 
 
-def test_friction_alone_lifts_a_toy(world: World, arm: Arm) -> None:
+def test_friction_alone_lifts_a_toy(world: PhysicsWorld, arm: Arm) -> None:
     world.put_toy('chicken', 0.44, 0.1, 0.0, 0.0)
     arm.open_gripper()
     arm.reach(ToolPose(0.44, 0.1, 0.17, 0.0))
@@ -82,8 +82,8 @@ def test_closing_on_nothing_is_noticed(arm: Arm) -> None:
     assert not arm.holding()
 
 
-def test_a_swift_arm_jumps_over_what_is_free_and_follows_the_rest(world: World, arm: Arm) -> None:
-    arm.swift = True
+def test_skip_free_space_jumps_over_the_free_part_of_a_line(world: PhysicsWorld, arm: Arm) -> None:
+    arm.skip_free_space = True
     above = ToolPose(0.44, -0.1, 0.17, 0.3)
     took, ends = [], []
     for free in (0.0, 0.08, 1.0):
@@ -97,18 +97,18 @@ def test_a_swift_arm_jumps_over_what_is_free_and_follows_the_rest(world: World, 
         assert end.position == pytest.approx([0.44, -0.1, 0.03], abs=0.003)
 
 
-def test_other_arms_take_their_time_over_what_is_free(world: World, arm: Arm) -> None:
+def test_by_default_the_free_part_of_a_line_is_followed(world: PhysicsWorld, arm: Arm) -> None:
     arm.reach(ToolPose(0.44, -0.1, 0.17, 0.3))
     began = world.time
     arm.move_to(ToolPose(0.44, -0.1, 0.03, 0.3), 0.25, free=0.14)
     assert world.time - began > 0.14 / 0.25
 
 
-def test_a_swift_arm_does_not_wait_for_open_fingers(world: World, arm: Arm) -> None:
+def test_skip_free_space_does_not_wait_for_open_fingers(world: PhysicsWorld, arm: Arm) -> None:
     began = world.time
     arm.open_gripper()
     assert world.time > began
-    arm.swift = True
+    arm.skip_free_space = True
     began = world.time
     arm.open_gripper()
     assert world.time == began
@@ -116,8 +116,8 @@ def test_a_swift_arm_does_not_wait_for_open_fingers(world: World, arm: Arm) -> N
     assert world.time > began
 
 
-def test_travel_is_smooth_and_complete() -> None:
-    distance = travel(0.4, 0.2, 1.0)
+def test_the_speed_profile_is_smooth_and_complete() -> None:
+    distance = trapezoidal_profile(0.4, 0.2, 1.0)
     speed = np.diff(distance) * STEP_RATE
     assert distance[-1] == pytest.approx(0.4)
     assert speed.min() >= 0.0

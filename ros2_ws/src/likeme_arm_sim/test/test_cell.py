@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from likeme_arm.motion import Look, ObjectView
+from likeme_arm.motion import ObjectView, ViewOf
+from likeme_arm.tool_pose import ToolPose
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.physics import ArmAccuracy, GripperPhysics, Physics, fitted_primitives
+from likeme_arm_sim.physics_world import TIME_STEP
 from likeme_arm_sim.scene import OBJECTS, Scene
-from likeme_arm_sim.world import TIME_STEP
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, State
 
@@ -58,7 +59,7 @@ def tidy(cell: Cell) -> bool:
     return cell.hand.away and cell.arm.at_home
 
 
-def seen(cell: Cell, noise: float = 0.0, seed: int = 0) -> Look:
+def seen(cell: Cell, noise: float = 0.0, seed: int = 0) -> ViewOf:
     """Perception that is off by a constant of about `noise` m."""
     offset = np.random.default_rng(seed).normal(0.0, noise, 2) if noise else np.zeros(2)
 
@@ -150,7 +151,7 @@ def test_a_held_hand_lets_go_and_leaves(cell: Cell) -> None:
     assert np.allclose(cell.hand.position, place, atol=0.01)
     assert not tidy(cell)
     cell.resume()
-    assert cell.tidy_up().outcome is MotionOutcome.COMPLETED
+    assert cell.clear_table().outcome is MotionOutcome.COMPLETED
     assert tidy(cell)
 
 
@@ -259,10 +260,22 @@ def followed(cell: Cell, seed: int, action: Action) -> tuple[list[float], bytes]
     return way, cell.frame().depth_mm.tobytes()
 
 
-def test_after_a_restart_nothing_of_the_past_is_left() -> None:
+def test_a_restarted_cell_behaves_like_a_new_one() -> None:
     used, fresh = (Cell(Scene(), 1) for _ in range(2))
     used.run_action(Actor.ROBOT, 'lemon', Action.PLACE_RIGHT, seen(used), budget=3.0)
     used.hold()
     used.frame()
     assert followed(used, 7, Action.PUSH_LEFT) == followed(fresh, 7, Action.PUSH_LEFT)
     assert used.time == fresh.time
+
+
+def test_a_cell_whose_arm_is_real_does_not_draw_it() -> None:
+    drawn, hidden = Cell(Scene(), 3), Cell(Scene(), 3, arm_visible=False)
+    for cell in (drawn, hidden):
+        # Over the table, where the camera sees it.
+        cell.arm.skip_free_space = True
+        cell.arm.reach(ToolPose(0.45, 0.0, 0.2, 0.0))
+    table_only = Cell(Scene(), 3)
+    frames = [cell.frame().rgb for cell in (drawn, hidden, table_only)]
+    assert not np.array_equal(frames[0], frames[2])
+    assert np.array_equal(frames[1], frames[2])

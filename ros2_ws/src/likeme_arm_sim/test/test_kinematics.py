@@ -30,7 +30,7 @@ def test_every_place_of_the_work_area_can_be_reached(
     assert np.all(joints <= kinematics.upper)
 
 
-def test_out_of_reach_is_said_with_both_numbers(kinematics: Kinematics) -> None:
+def test_an_error_out_of_reach_names_both_distances(kinematics: Kinematics) -> None:
     far = ToolPose(0.9, 0.4, 0.02, 0.0)
     with pytest.raises(NoSolutionError, match=r'at most 0\.010 m .* got 0\.\d+ m'):
         kinematics.nearest(far, kinematics.guess(far))
@@ -44,7 +44,7 @@ def test_home_is_beside_the_table(kinematics: Kinematics) -> None:
 @pytest.mark.parametrize(
     ('angle', 'axis'), [(0.3, 0.3), (2.0, 2.0 - np.pi), (-np.pi / 2, np.pi / 2), (np.pi, 0.0)]
 )
-def test_an_axis_has_no_arrow(angle: float, axis: float) -> None:
+def test_an_axis_is_undirected(angle: float, axis: float) -> None:
     assert wrap_half_turn(angle) == pytest.approx(axis)
 
 

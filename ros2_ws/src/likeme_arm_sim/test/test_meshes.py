@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_arm_sim.hand import Posture, Side, hand_parts
+from likeme_arm_sim.hand_shapes import Posture, Side, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, box, capsule, ellipsoid, hull_from_obj, lathe
 from likeme_arm_sim.toys import TOYS
 
@@ -89,7 +89,7 @@ def test_a_grasp_leaves_the_stated_opening_free(opening: float) -> None:
     assert thumb - finger == pytest.approx(opening, abs=0.006)
 
 
-def test_a_pushing_hand_glides_above_the_table_with_its_palm_at_the_origin() -> None:
+def test_a_pushing_hand_is_above_the_table_with_its_palm_at_the_origin() -> None:
     parts = hand_parts(Posture.PUSH)
     lowest = min(part.vertices[:, 2].min() for part in parts.values())
     assert lowest == pytest.approx(-0.024, abs=0.002)

@@ -37,7 +37,7 @@ def test_every_object_has_its_numbers() -> None:
 def test_numbers_of_a_cells_own_are_used(cell: Cell) -> None:
     mass, friction, inertia = dynamics(cell, cell.world.toys['lemon'])[:3]
     assert (mass, friction) == (HEAVY.mass, HEAVY.friction)
-    assert inertia == pytest.approx(TOYS['lemon'].made_of(HEAVY).inertia)
+    assert inertia == pytest.approx(TOYS['lemon'].with_physics(HEAVY).inertia)
     assert dynamics(cell, cell.world.table)[1] == OTHER.ground_friction
     assert dynamics(cell, cell.arm.body, 9)[1] == OTHER.gripper.friction
 
@@ -48,6 +48,6 @@ def test_what_is_not_named_keeps_its_own(cell: Cell) -> None:
 
 
 def test_inertia_grows_with_mass() -> None:
-    light, heavy = TOYS['lemon'], TOYS['lemon'].made_of(HEAVY)
+    light, heavy = TOYS['lemon'], TOYS['lemon'].with_physics(HEAVY)
     factor = HEAVY.mass / light.physics.mass
     assert heavy.inertia == pytest.approx([factor * value for value in light.inertia])

@@ -8,10 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from likeme_arm_sim.backdrop import BLUE, cell_background
-from likeme_arm_sim.hand import Posture, hand_parts
+from likeme_arm_sim.background import BLUE, cell_background
+from likeme_arm_sim.hand_shapes import Posture, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, Floats, box, ellipsoid
-from likeme_arm_sim.panda import panda_links
+from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody, Rendering
 from likeme_arm_sim.scene import CameraMount, Scene
 from likeme_arm_sim.toys import TOYS
@@ -75,7 +75,7 @@ def test_depth_is_that_of_a_ray_caster_to_a_tenth_of_a_millimetre() -> None:
     assert np.abs(expected[both] - found[both]).max() < 1e-4
 
 
-def test_bodies_through_the_lens_and_beside_the_picture_are_cut_there() -> None:
+def test_bodies_are_clipped_at_the_near_plane_and_the_image_border() -> None:
     camera = replace(SCENE.camera, width=64, height=48, fx=52.0, fy=52.0, cx=31.5, cy=23.5)
     eye, forward = camera.pose()[:3, 3], camera.pose()[:3, 2]
     plank = box((0.04, 2.0, 0.04), RED)

@@ -79,7 +79,7 @@ def test_a_toy_comes_to_rest_where_the_camera_sees_it_touch(table: int, toy: Toy
 def hard(name: str) -> Toy:
     """A toy of hard matter, whose shape alone says how it rolls."""
     toy = TOYS[name]
-    return toy.made_of(replace(toy.physics, friction=0.45, rolling_friction=0.0003))
+    return toy.with_physics(replace(toy.physics, friction=0.45, rolling_friction=0.0003))
 
 
 def test_a_nudged_lemon_rolls(table: int) -> None:

@@ -1,11 +1,11 @@
-"""A bag that is whole at any moment: what a recorder needs that may be killed.
+"""A crash-safe writer of bags: after kill -9 all messages up to the last flush can be read.
 
-`rosbags` writes the formats; this adds when. `rosbags` closes an MCAP chunk at 1 MiB, keeps the
-index and metadata.yaml for the end, and leaves a killed sqlite3 bag without a single message. Here
-`flush` ends the chunk, writes index, footer and metadata.yaml behind it, and waits until the disk
-has them; the next chunk takes the place of that index. So a killed recorder leaves a bag that
-stock tools open, short of what came since the last flush. Only a kill within the milliseconds of
-writing itself leaves a tail that has to be mended (`bag.sh repair`); `open_bag` reads even that.
+`rosbags` closes an MCAP chunk at 1 MiB, writes the index and metadata.yaml at the end, and leaves
+a sqlite3 bag of a killed process without messages. Here `flush` ends the chunk, writes index,
+footer and metadata.yaml behind it, and waits for the disk; the next chunk overwrites that index.
+So a killed recorder leaves a bag that other tools open, without the messages since the last
+flush. A kill during a flush itself leaves a truncated end: `open_bag` reads such a file, and
+`bag.sh repair` repairs it.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from likeme_bags.errors import BagError
-from likeme_bags.storage_writers import STORAGES, CheckedMcapWriter, HonestSqliteWriter
+from likeme_bags.storage_writers import STORAGES, CheckedMcapWriter, SqliteWriter
 
 #: Uncompressed bytes in a chunk, unless a flush ends it before.
 CHUNK = 4 * 2**20
@@ -107,7 +107,7 @@ class DurableMcap(CheckedMcapWriter):
         return zstd.compress(data, options=options)
 
 
-class DurableSqlite(HonestSqliteWriter):
+class DurableSqlite(SqliteWriter):
     """sqlite3 whose end is a commit."""
 
     def close(self, version: int, metadata: str) -> None:

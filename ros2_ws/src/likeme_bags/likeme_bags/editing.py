@@ -1,28 +1,31 @@
-"""New bags from old ones: a part, several in one, a mended one. Originals stay as they are."""
+"""Write new bags from others: cut, merge, repair. The sources are never changed."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from heapq import merge as merged_by
+from math import inf
 from pathlib import Path
 from typing import NamedTuple
 
-from likeme_bags.adapting import bare
+from likeme_bags.bag_warnings import Subject
 from likeme_bags.errors import BagError
-from likeme_bags.notes import About
 from likeme_bags.reading import Bag, open_bag
+from likeme_bags.storage import Attachment
+from likeme_bags.topic_names import select_topics
+from likeme_bags.typestores import layout
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
 
-# What repair writes anew; what is said of topics and QoS it keeps.
-_MENDED = (About.FILES, About.METADATA, About.INDEX)
+# What repair writes anew; topics and QoS it keeps as they are.
+_REPAIRED = (Subject.FILES, Subject.METADATA, Subject.INDEX)
 
 
-class Written(NamedTuple):
-    """What was written, and what the bags it came from had to say."""
+class WrittenBag(NamedTuple):
+    """A new bag, and the warnings of those it was written from."""
 
     path: Path
     messages: int
@@ -38,94 +41,108 @@ def cut(
     end: float | None = None,
     topics: Collection[str] | None = None,
     storage: str = 'mcap',
-) -> Written:
+) -> WrittenBag:
     """The part of a bag between two times, s from its beginning, start <= t < end.
 
     Raises:
-        BagError: the bag cannot be read, nothing would be left, or the target exists.
+        BagError: the bag cannot be read, a time or topic is not one of it, nothing would be left,
+            or the target exists.
     """
     with open_bag(source) as bag:
-        kept = _chosen(bag, topics)
-        first, last = _stamp(bag, start), _stamp(bag, end)
+        kept = select_topics(bag, topics)
+        first, last = _log_time(bag, '--start', start), _log_time(bag, '--end', end)
+        if first is not None and last is not None and first >= last:
+            raise BagError(f'Expected --start before --end, got {start} and {end} s.')
         names = {topic.name for topic in kept}
-        count = _write(target, storage, kept, bag.records(names, first, last), bag.custom)
-        return Written(target, count, bag.warnings, bag.complete)
+        records = bag.records(names, first, last)
+        count, left_out = _write(target, storage, kept, records, bag.custom, bag.attachments)
+        return WrittenBag(target, count, bag.warnings + left_out, bag.complete)
 
 
-def _stamp(bag: Bag, seconds: float | None) -> int | None:
-    return None if seconds is None else bag.start + round(seconds * 1e9)
+def _log_time(bag: Bag, option: str, seconds: float | None) -> int | None:
+    if seconds is None:
+        return None
+    if not 0 <= seconds < inf:
+        raise BagError(f'Expected {option} as s from the beginning of the bag, got {seconds}.')
+    return min(bag.start + round(min(seconds, 1e10) * 1e9), 2**63 - 1)
 
 
-def _chosen(bag: Bag, topics: Collection[str] | None) -> list[Topic]:
-    """The topics asked for, with or without their leading slash; all when none were."""
-    if not topics:
-        return list(bag.topics)
-    wanted = {bare(name) for name in topics}
-    kept = [topic for topic in bag.topics if bare(topic.name) in wanted]
-    if missing := wanted - {bare(topic.name) for topic in kept}:
-        have = ', '.join(topic.name for topic in bag.topics)
-        raise BagError(f'Expected topics of {bag.path.name} ({have}), got {sorted(missing)[0]}.')
-    return kept
-
-
-def merge(sources: Sequence[Path], target: Path, storage: str = 'mcap') -> Written:
+def merge(sources: Sequence[Path], target: Path, storage: str = 'mcap') -> WrittenBag:
     """All messages of several bags in one, by their log times.
 
     Raises:
-        BagError: a bag cannot be read, a topic has two types or a type two definitions, or the
-            target exists.
+        BagError: a bag cannot be read, a topic has two types or a type two definitions, there are
+            no messages, or the target exists.
     """
     with ExitStack() as stack:
         bags = [stack.enter_context(open_bag(source)) for source in sources]
-        topics = _united([topic for bag in bags for topic in bag.topics])
-        records = merged_by(*(bag.records() for bag in bags), key=lambda record: record.stamp)
+        topics, numbers = _united(bags)
+        records = merged_by(*map(_renumbered, bags, numbers), key=lambda record: record.stamp)
         custom = {key: value for bag in bags for key, value in bag.custom.items()}
-        count = _write(target, storage, topics, records, custom)
+        attachments = [each for bag in bags for each in bag.attachments]
+        count, left_out = _write(target, storage, topics, records, custom, attachments)
         warnings = tuple(f'{b.path.name}: {w}' for b in bags for w in b.warnings)
-        return Written(target, count, warnings, all(bag.complete for bag in bags))
+        complete = all(bag.complete for bag in bags)
+        return WrittenBag(target, count, warnings + left_out, complete)
 
 
-def _united(topics: Sequence[Topic]) -> list[Topic]:
-    """Each topic once, with the profiles of all bags."""
-    united: dict[str, Topic] = {}
-    definitions: dict[str, Topic] = {}
-    for topic in topics:
-        known = united.setdefault(topic.name, topic)
-        if known.type != topic.type:
-            raise BagError(f'Expected {topic.name} to be {known.type}, got {topic.type} as well.')
-        if topic.definition:
-            other = definitions.setdefault(topic.type, topic)
-            if other.type_hash and topic.type_hash and other.type_hash != topic.type_hash:
-                raise BagError(
-                    f'Expected one definition of {topic.type}, got two: {other.type_hash} on '
-                    f'{other.name}, {topic.type_hash} on {topic.name}.'
-                )
-        qos = known.qos + tuple(profile for profile in topic.qos if profile not in known.qos)
-        described = known if known.definition else topic
-        united[topic.name] = replace(described, qos=qos)
-    return list(united.values())
+_TopicKey = tuple[str, str, int]
 
 
-def repair(source: Path, target: Path, storage: str = 'mcap') -> Written:
+def _united(bags: Sequence[Bag]) -> tuple[list[Topic], list[dict[_TopicKey, int]]]:
+    """Each topic once for each definition, with the profiles of all bags.
+
+    Beside them the number of the definition there, by the topics of every bag.
+    """
+    united: dict[_TopicKey, Topic] = {}
+    types: dict[str, str] = {}
+    layouts: dict[str, list[str]] = {}
+    numbers: list[dict[_TopicKey, int]] = []
+    for bag in bags:
+        numbers.append({})
+        for topic in bag.topics:
+            if (known := types.setdefault(topic.name, topic.type)) != topic.type:
+                raise BagError(f'Expected {topic.name} to be {known}, got {topic.type} as well.')
+            own, others = layout(topic), layouts.setdefault(topic.name, [])
+            if own and own not in others:
+                others.append(own)
+            number = others.index(own) if own else 0
+            numbers[-1][topic.key] = number
+            first = united.setdefault((topic.name, topic.type, number), topic)
+            qos = first.qos + tuple(profile for profile in topic.qos if profile not in first.qos)
+            described = first if first.definition else topic
+            united[topic.name, topic.type, number] = replace(described, qos=qos, schema=number)
+    return list(united.values()), numbers
+
+
+def _renumbered(bag: Bag, numbers: Mapping[_TopicKey, int]) -> Iterator[Record]:
+    """The records of a bag with the numbers of definitions that the new bag has."""
+    for record in bag.records():
+        number = numbers[record.key]
+        yield record if number == record.schema else record._replace(schema=number)
+
+
+def repair(source: Path, target: Path, storage: str = 'mcap') -> WrittenBag:
     """Everything that can be read of a bag, in a new one with index and metadata.yaml.
 
-    Also what is in a chunk that was cut. `complete` is False when something that was once there
-    could not be read; an end that was never written is no loss.
+    This includes messages in a truncated chunk. `complete` is False when something that was once
+    there could not be read; an end that was never written is no loss.
 
     Raises:
         BagError: nothing can be read, or the target exists.
     """
-    with open_bag(source, thorough=True, salvage=True) as bag:
-        count = _write(target, storage, bag.topics, bag.records(), bag.custom)
-        return Written(target, count, bag.warnings, bag.complete)
+    with open_bag(source, thorough=True, to_repair=True) as bag:
+        source_bag = (bag.topics, bag.records(), bag.custom, bag.attachments)
+        count, left_out = _write(target, storage, *source_bag, may_be_empty=True)
+        return WrittenBag(target, count, bag.warnings + left_out, bag.complete)
 
 
 def needs_repair(source: Path) -> tuple[str, ...]:
-    """What is wrong with a bag's files; () when there is nothing to mend."""
+    """What is wrong with a bag's files; () when there is nothing to repair."""
     with open_bag(source, thorough=True) as bag:
         for _ in bag.records():
             pass
-        broken = not bag.complete or any(note.about in _MENDED for note in bag.notes)
+        broken = not bag.complete or any(each.subject in _REPAIRED for each in bag.all_warnings)
         return bag.warnings if broken else ()
 
 
@@ -135,18 +152,29 @@ def _write(
     topics: Iterable[Topic],
     records: Iterable[Record],
     custom: Mapping[str, str],
-) -> int:
-    """Write a bag; when that fails, what there is of it is taken away again."""
+    attachments: Iterable[Attachment],
+    may_be_empty: bool = False,
+) -> tuple[int, tuple[str, ...]]:
+    """Write a bag and return its number of messages and what was left out.
+
+    When that fails, remove what was written.
+    """
     writer = BagWriter(target, storage, custom=custom)
-    count = 0
+    count, left_out = 0, []
     try:
         with writer:
+            for attachment in attachments:
+                if not writer.attach(attachment):
+                    sentence = f'Left out, as {storage} has no such thing: {attachment}.'
+                    left_out.append(sentence)
             for topic in topics:
                 writer.add(topic)
             for record in records:
                 writer.write(record)
                 count += 1
+            if not (count or may_be_empty):
+                raise BagError('Expected messages to write, got none in the part asked for.')
     except BaseException:
         shutil.rmtree(target, ignore_errors=True)
         raise
-    return count
+    return count, tuple(left_out)

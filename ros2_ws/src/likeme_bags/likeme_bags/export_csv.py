@@ -1,4 +1,4 @@
-"""`bag.sh export --format csv`: one table a topic."""
+"""`bag.sh export --format csv`: one table for each topic."""
 
 from __future__ import annotations
 
@@ -8,46 +8,42 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from likeme_bags.errors import BagError, DamagedError
-from likeme_bags.flattening import flat
+from likeme_bags.errors import BagError
+from likeme_bags.export_result import Exported
+from likeme_bags.flattening import flatten
 from likeme_bags.reading import Bag
+from likeme_bags.topic_names import distinct, file_stems, rename_remarks, topics_to_export
 from likeme_bags.typestores import decode, typestore_of
 from likeme_bags.values import Topic
 
 
-def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) -> list[Path]:
+def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) -> Exported:
     """Write `folder`/TOPIC.csv for every topic with messages: log time (ns), then its fields.
 
-    Pictures and clouds are given by their number of bytes.
+    Long arrays, as those of images and point clouds, are given by their length.
 
     Raises:
-        BagError: a topic's type is not known, or a message of it does not decode.
+        UnsupportedError: a topic's type is not known, or its definition cannot be used.
+        BagError: there are no messages, or one does not decode.
     """
-    written: dict[str, Path] = {}
-    with ExitStack() as stack:
-        tables: dict[str, Any] = {}
-        known = {(t.name, t.type): t for t in bag.topics}
-        for topic in known.values():
-            if topic.count and (topics is None or topic.name in topics):
-                _check(topic)
-        for record in bag.records(topics):
-            topic = known[record.topic, record.type]
-            row = {'log_time': record.stamp, **dict(flat(decode(topic, record.data)))}
-            if topic.name not in tables:
-                path = folder / f'{topic.file_stem}.csv'
-                file = stack.enter_context(path.open('w', newline='', encoding='utf-8'))
-                tables[topic.name] = csv.DictWriter(file, list(row), restval='')
-                tables[topic.name].writeheader()
-                written[topic.name] = path
-            tables[topic.name].writerow(row)
-    if not written:
-        raise BagError(f'Expected messages to export in {bag.path.name}, got none.')
-    return list(written.values())
-
-
-def _check(topic: Topic) -> None:
-    """Refuse a topic that cannot be decoded before anything is written."""
-    try:
+    stems = file_stems(bag.topics)
+    chosen = {topic.key: topic for topic in topics_to_export(bag, topics)}
+    for topic in chosen.values():
+        # Before anything is written.
         typestore_of(topic)
-    except DamagedError as error:
-        raise BagError(f'{error} Choose others with --topics.') from None
+    paths: dict[Topic, Path] = {}
+    with ExitStack() as stack:
+        tables: dict[Topic, Any] = {}
+        for record in bag.records({topic.name for topic in chosen.values()}):
+            topic = chosen[record.key]
+            fields = list(flatten(decode(topic, record.data)))
+            if topic not in tables:
+                paths[topic] = folder / f'{stems[topic]}.csv'
+                file = stack.enter_context(paths[topic].open('w', newline='', encoding='utf-8'))
+                tables[topic] = csv.writer(file)
+                tables[topic].writerow(distinct(['log_time', *(name for name, _ in fields)], '_'))
+            tables[topic].writerow([record.stamp, *(value for _, value in fields)])
+    if not paths:
+        raise BagError(f'Expected messages to export in {bag.path.name}, got none.')
+    remarks = rename_remarks({topic.name: stems[topic] for topic in paths}, '-')
+    return Exported(list(paths.values()), remarks, bag.complete)

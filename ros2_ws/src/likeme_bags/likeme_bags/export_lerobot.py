@@ -1,20 +1,19 @@
 """`bag.sh export --format lerobot`: bags as a LeRobot dataset, layout v3.0.
 
-One bag is one episode, with a data file and a video a camera of its own:
+One bag is one episode, with its own data file and one video for each camera:
 
     meta/info.json  meta/stats.json  meta/tasks.parquet  meta/episodes/chunk-000/file-000.parquet
     data/chunk-000/file-000.parquet
     videos/observation.images.color/chunk-000/file-000.mp4
 
-`observation.state` holds the joint positions, `action` those of the next frame (the last one's
-own): what a position controller would have been told. Depth becomes a video in false colours, for
-looking at; its values stay in the bag.
+`observation.state` holds the joint positions, `action` those of the next frame (of the same frame
+at the end), the command that a position controller would have had. Depth becomes a video in false
+colours, for viewing; its values stay in the bag. Sizes are those of the videos, which are even.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -25,55 +24,66 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from likeme_bags.errors import BagError
-from likeme_bags.lerobot_frames import Episode, episode, frames
+from likeme_bags.export_result import Exported
+from likeme_bags.lerobot_frames import EpisodeSource, episode_source, frames
 from likeme_bags.lerobot_meta import (
     CHUNK_SIZE,
     DATA_PATH,
     EPISODES_PATH,
     VIDEO_PATH,
-    Moments,
-    info,
+    RunningStatistics,
+    dataset_info,
     tasks_table,
     vector_stats,
 )
 from likeme_bags.reading import open_bag
+from likeme_bags.text_output import json_text
 from likeme_bags.videos import Video
 
 
 def export_lerobot(
-    bags: Sequence[Path], folder: Path, fps: int = 30, tasks: Sequence[str] = ()
-) -> tuple[Path, bool]:
-    """Write a dataset; its folder, and whether every bag was complete.
+    bags: Sequence[Path],
+    folder: Path,
+    topics: Collection[str] | None = None,
+    fps: int = 30,
+    tasks: Sequence[str] = (),
+) -> Exported:
+    """Write a dataset into `folder`.
 
-    tasks: what was done in each bag, one for all or one each; else the bags' names.
+    topics: of cameras and joints; None: all. tasks: what was done in each bag, one for all or one
+    each; else the bags' names.
 
     Raises:
-        BagError: a bag has no camera, or bags differ in their cameras or joints.
+        BagError: a bag has no camera, or bags differ in their cameras, image sizes or joints.
     """
+    if len(tasks) not in (0, 1, len(bags)):
+        raise BagError(f'Expected one task, or one for each of {len(bags)}, got {len(tasks)}.')
     named = [*tasks] if len(tasks) == len(bags) else [(tasks or [b.stem])[0] for b in bags]
     writer = _Dataset(folder, fps, sorted(set(named)))
-    complete = True
+    complete, remarks = True, list[str]()
     for number, path in enumerate(bags):
         with open_bag(path) as bag:
-            writer.add(episode(bag, fps), number, named[number])
+            source = episode_source(bag, fps, topics)
+            writer.add(source, number, named[number])
             complete = complete and bag.complete
+            remarks += [f'{path.name}: {each}' for each in (*source.remarks, *bag.warnings)]
     writer.finish()
-    return folder, complete
+    return Exported([folder], remarks, complete)
 
 
 class _Dataset:
-    """Grows by episodes; the files in meta/ are written at the end."""
+    """Writes episodes one by one, and the files in meta/ at the end."""
 
     def __init__(self, folder: Path, fps: int, tasks: list[str]) -> None:
         self._folder, self._fps, self._tasks = folder, fps, tasks
         self._rows: list[dict[str, Any]] = []
         self._total = 0
         self._layout: tuple[Any, ...] = ()
-        self._moments: dict[str, Moments] = {}
+        self._statistics: dict[str, RunningStatistics] = {}
         self._features: dict[str, tuple[int, ...]] = {}
         self._joint_names: tuple[str, ...] = ()
 
-    def add(self, source: Episode, number: int, task: str) -> None:
+    def add(self, source: EpisodeSource, number: int, task: str) -> None:
         """One episode: its videos, its data file, its row in the table of episodes."""
         layout = tuple(source.cameras), source.joint_names
         if self._layout and layout != self._layout:
@@ -89,7 +99,7 @@ class _Dataset:
         _write_table(columns, self._folder / DATA_PATH.format(**place))
         for name, values in columns.items():
             stats[name] = vector_stats(values)
-            self._moments.setdefault(name, Moments()).add(values)
+            self._statistics.setdefault(name, RunningStatistics()).add(values)
         self._rows.append(
             {
                 'episode_index': number,
@@ -107,7 +117,9 @@ class _Dataset:
         )
         self._total += count
 
-    def _video_rows(self, source: Episode, place: dict[str, int], count: int) -> dict[str, Any]:
+    def _video_rows(
+        self, source: EpisodeSource, place: dict[str, int], count: int
+    ) -> dict[str, Any]:
         rows: dict[str, Any] = {}
         for name in source.cameras:
             key = f'videos/observation.images.{name}'
@@ -118,10 +130,10 @@ class _Dataset:
         return rows
 
     def _write_videos(
-        self, source: Episode, place: dict[str, int]
+        self, source: EpisodeSource, place: dict[str, int]
     ) -> tuple[list[NDArray[np.float32]], dict[str, dict[str, Any]]]:
-        """All frames into videos; joint positions, and statistics of the pictures."""
-        joints, seen = [], {name: Moments() for name in source.cameras}
+        """All frames into videos; joint positions, and statistics of the images."""
+        joints, seen = [], {name: RunningStatistics() for name in source.cameras}
         with ExitStack() as stack:
             videos = {}
             for name in source.cameras:
@@ -131,16 +143,21 @@ class _Dataset:
                 videos[name] = stack.enter_context(Video(path, self._fps))
             for frame in frames(source):
                 joints.append(frame.joints)
-                for name, rgb in frame.pictures.items():
+                for name, rgb in frame.images.items():
                     videos[name].write(rgb)
-                    # Every 8th pixel tells the statistics as well as all of them.
+                    # Every 8th pixel is enough for the statistics.
                     seen[name].add(rgb[::8, ::8].reshape(-1, 3) / 255.0)
-                    self._features[f'observation.images.{name}'] = rgb.shape
         stats = {}
-        for name, moments in seen.items():
+        for name, statistics in seen.items():
             key = f'observation.images.{name}'
-            stats[key] = moments.of_pictures()
-            self._moments.setdefault(key, Moments()).join(moments)
+            stats[key] = statistics.of_images()
+            shape = *videos[name].shape, 3
+            if self._features.setdefault(key, shape) != shape:
+                raise BagError(
+                    f'Expected images of {self._features[key]} on {source.cameras[name]} in '
+                    f'{source.bag.path.name}, got {shape}.'
+                )
+            self._statistics.setdefault(key, RunningStatistics()).join(statistics)
         return joints, stats
 
     def _columns(
@@ -167,11 +184,11 @@ class _Dataset:
         pq.write_table(pa.Table.from_pylist(self._rows), episodes)
         pq.write_table(tasks_table(self._tasks), meta / 'tasks.parquet')
         stats = {
-            name: m.of_pictures() if name in self._features else m.of_vectors()
-            for name, m in self._moments.items()
+            name: m.of_images() if name in self._features else m.of_vectors()
+            for name, m in self._statistics.items()
         }
         _write_json(meta / 'stats.json', stats)
-        document = info(
+        document = dataset_info(
             self._fps,
             len(self._rows),
             self._total,
@@ -193,4 +210,4 @@ def _write_table(columns: dict[str, NDArray[Any]], path: Path) -> None:
 
 
 def _write_json(path: Path, document: Any) -> None:
-    path.write_text(json.dumps(document, indent=4) + '\n', encoding='utf-8')
+    path.write_text(json_text(document, indent=4) + '\n', encoding='utf-8')

@@ -6,7 +6,7 @@ import struct
 
 from rosbags.interfaces import Nodetype
 
-from likeme_bags.errors import DamagedError
+from likeme_bags.errors import DamagedError, UnsupportedError
 from likeme_bags.typestores import typestore_of
 from likeme_bags.values import Topic
 
@@ -17,7 +17,7 @@ def has_header(topic: Topic) -> bool:
     """Whether a topic's messages begin with a std_msgs/Header, as far as its type is known."""
     try:
         fields = typestore_of(topic).fielddefs[topic.type][1]
-    except DamagedError:
+    except UnsupportedError:
         return False
     return bool(fields) and fields[0][1] == (Nodetype.NAME, 'std_msgs/msg/Header')
 

@@ -1,4 +1,4 @@
-"""What a LeRobot dataset of layout v3.0 says of itself: info.json, tasks, statistics."""
+"""The metadata of a LeRobot dataset, layout v3.0: info.json, tasks, statistics."""
 
 from __future__ import annotations
 
@@ -16,46 +16,51 @@ VIDEO_PATH = 'videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.m
 EPISODES_PATH = 'meta/episodes/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet'
 
 
-class Moments:
-    """Running minimum, maximum, mean and variance of rows of equal width."""
+class RunningStatistics:
+    """Minimum, maximum, mean and standard deviation of rows of equal width.
+
+    Each column is taken over its finite values; NaN where it has none.
+    """
 
     def __init__(self) -> None:
-        self.count = 0
-        self._low: NDArray[Any] = np.zeros(0)
-        self._high: NDArray[Any] = np.zeros(0)
-        self._sum: NDArray[Any] = np.zeros(0)
-        self._squares: NDArray[Any] = np.zeros(0)
+        self._rows = 0
+        # Of each column: count, sum and sum of squares of the finite values, shape (3, k).
+        self._sums: NDArray[Any] = np.zeros((3, 1))
+        self._low: Any = np.inf
+        self._high: Any = -np.inf
 
     def add(self, rows: NDArray[Any]) -> None:
         """Take in rows, shape (n,) or (n, k)."""
         table = np.asarray(rows, np.float64).reshape(len(rows), -1)
-        other = Moments()
-        other.count = len(table)
-        other._low, other._high = table.min(0), table.max(0)
-        other._sum, other._squares = table.sum(0), (table**2).sum(0)
+        finite = np.isfinite(table)
+        there = np.where(finite, table, 0)
+        other = RunningStatistics()
+        with np.errstate(over='ignore'):
+            other._sums = np.stack([finite.sum(0), there.sum(0), (there**2).sum(0)])
+        other._rows = len(table)
+        other._low = np.where(finite, table, np.inf).min(0)
+        other._high = np.where(finite, table, -np.inf).max(0)
         self.join(other)
 
-    def join(self, other: Moments) -> None:
+    def join(self, other: RunningStatistics) -> None:
         """Take in what another has seen."""
-        if not self.count:
-            self._low, self._high = other._low, other._high
-            self._sum, self._squares = other._sum, other._squares
-        else:
-            self._low = np.minimum(self._low, other._low)
-            self._high = np.maximum(self._high, other._high)
-            self._sum = self._sum + other._sum
-            self._squares = self._squares + other._squares
-        self.count += other.count
+        self._rows += other._rows
+        self._sums = self._sums + other._sums
+        self._low = np.minimum(self._low, other._low)
+        self._high = np.maximum(self._high, other._high)
 
     def of_vectors(self) -> dict[str, Any]:
         """min, max, mean, std of shape (k,), and count (1,)."""
-        mean = self._sum / self.count
-        # Rounding can leave a variance a little below 0.
-        std = np.sqrt(np.maximum(self._squares / self.count - mean**2, 0))
+        count, total, squares = self._sums
+        with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
+            mean = total / count
+            # Rounding can leave a variance a little below 0.
+            std = np.sqrt(np.maximum(squares / count - mean**2, 0))
         parts = {'min': self._low, 'max': self._high, 'mean': mean, 'std': std}
-        return {**{k: v.tolist() for k, v in parts.items()}, 'count': [self.count]}
+        stats = {name: np.where(count > 0, x, np.nan).tolist() for name, x in parts.items()}
+        return {**stats, 'count': [self._rows]}
 
-    def of_pictures(self) -> dict[str, Any]:
+    def of_images(self) -> dict[str, Any]:
         """The same of shape (3, 1, 1), a value a channel, 0 .. 1."""
         stats = self.of_vectors()
         return {k: v if k == 'count' else [[[x]] for x in v] for k, v in stats.items()}
@@ -63,9 +68,9 @@ class Moments:
 
 def vector_stats(values: NDArray[Any]) -> dict[str, Any]:
     """Statistics of one episode's column."""
-    moments = Moments()
-    moments.add(values)
-    return moments.of_vectors()
+    statistics = RunningStatistics()
+    statistics.add(values)
+    return statistics.of_vectors()
 
 
 def tasks_table(tasks: Sequence[str]) -> pa.Table:
@@ -85,7 +90,7 @@ def tasks_table(tasks: Sequence[str]) -> pa.Table:
     return table.replace_schema_metadata({'pandas': json.dumps(pandas)})
 
 
-def info(
+def dataset_info(
     fps: int,
     episodes: int,
     total_frames: int,

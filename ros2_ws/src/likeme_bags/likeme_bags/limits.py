@@ -9,7 +9,9 @@ from __future__ import annotations
 MAX_BLOCK = 256 * 2**20
 # Decompressed chunks kept for messages that lie between one another, bytes.
 MAX_CACHE = 64 * 2**20
-# Messages in one bag: 28 bytes of index each.
+# Decompressed chunks whose log times overlap; with more, messages are sorted on disk.
+MAX_OPEN = 256 * 2**20
+# Messages in one file whose index had to be made anew.
 MAX_MESSAGES = 16_000_000
 # Message definitions, metadata.yaml, and every other text in a bag, bytes.
 MAX_TEXT = 16 * 2**20

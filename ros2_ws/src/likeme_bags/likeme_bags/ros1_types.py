@@ -11,12 +11,12 @@ from rosbags.convert.converter import (
     migrate_bytes,
 )
 from rosbags.interfaces.typing import Typesdict
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from likeme_bags.errors import LIBRARY_ERRORS, BagError, DamagedError
 from likeme_bags.limits import MAX_BLOCK
-from likeme_bags.typestores import full_name, jazzy
+from likeme_bags.typestores import full_name, jazzy, parsed_definition
 
 _HEADER = 'std_msgs/msg/Header'
 _MAX_DEFINITION = 2**20
@@ -49,7 +49,7 @@ class Ros1Type:
             raise DamagedError(f'Expected a definition of {source}, got {len(definition)} bytes.')
         store = get_typestore(Stores.EMPTY)
         store.max_sequence_length = MAX_BLOCK
-        store.register(get_types_from_msg(definition, source))
+        store.register(parsed_definition(source, definition, 'ros1msg'))
         store.get_msgdef(source)
         target = jazzy()
         if self.name not in target.fielddefs:

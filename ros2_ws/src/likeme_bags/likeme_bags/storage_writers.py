@@ -1,16 +1,18 @@
-"""The rosbags library's writers of storage files, with what they leave out.
+"""The rosbags library's writers of storage files, with checksums and a schema per definition.
 
-rosbags writes no checksums into MCAP chunks; without one, a flipped bit in an image goes unseen. A
-type whose definition nobody has is written with none rather than refused.
+rosbags writes no checksums into MCAP chunks, so that a flipped bit in an image is not noticed, and
+one schema for all definitions of a type. A type without a definition is written without one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from os import SEEK_END
+from pathlib import Path
 from zlib import crc32
 
 from rosbags.interfaces import Connection
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from rosbags.rosbag2.storage_mcap import McapWriter, Schema, write_channel, write_schema
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
@@ -23,6 +25,17 @@ _FROM_SUMMARY_CRC = 4 + 8
 NO_HASH = 'none'
 
 
+class OwnName(str):
+    """A name that equals only itself, where the library would take two of a name for one."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    __hash__ = str.__hash__
+
+
 class CheckedMcapWriter(McapWriter):
     """rosbags' MCAP writer with a checksum in every chunk and the topics in every chunk.
 
@@ -32,13 +45,31 @@ class CheckedMcapWriter(McapWriter):
     # A chunk was begun that does not describe the topics yet.
     _fresh = False
 
+    def __init__(self, path: Path, compression: CompressionMode) -> None:
+        super().__init__(path, compression)
+        self._names: dict[tuple[str, str], OwnName] = {}
+
     def add_msgtype(self, connection: Connection) -> None:
-        """A type without a definition gets a schema without a language, as MCAP wants it."""
-        if connection.msgdef.data:
-            super().add_msgtype(connection)
-            return
-        self.schemas.append(Schema(len(self.schemas) + 1, connection.msgtype, '', ''))
-        write_schema(self.chunk.bio, self.schemas[-1])
+        """The library calls this once a type; here each definition of a type has its schema."""
+
+    def add_connection(self, connection: Connection, offered_qos_profiles: str) -> None:
+        """A topic, and the schema of its definition; one that nobody has is without a language."""
+        text = connection.msgdef.data
+        name = self._names.get((connection.msgtype, text))
+        if name is None:
+            name = self._names[connection.msgtype, text] = OwnName(connection.msgtype)
+            if text:
+                super().add_msgtype(connection._replace(msgtype=name))
+            else:
+                self.schemas.append(Schema(len(self.schemas) + 1, name, '', ''))
+                write_schema(self.chunk.bio, self.schemas[-1])
+        super().add_connection(connection._replace(msgtype=name), offered_qos_profiles)
+
+    def add_attachment(self, record: Iterable[bytes]) -> None:
+        """An attachment or a metadata record of another file, between the chunks of this one."""
+        if self.chunk.msgs:
+            self.close_chunk()
+        self.bio.writelines(record)
 
     def write(self, connection: Connection, timestamp: int, data: bytes | memoryview) -> None:
         """One message; in a new chunk after all types and topics."""
@@ -82,7 +113,7 @@ class CheckedMcapWriter(McapWriter):
         self.bio.flush()
 
 
-class HonestSqliteWriter(Sqlite3Writer):
+class SqliteWriter(Sqlite3Writer):
     """rosbags' sqlite3 writer; what is not known stays empty."""
 
     def add_msgtype(self, connection: Connection) -> None:

@@ -1,4 +1,4 @@
-"""What a bag consists of, as values."""
+"""Topics and recorded messages of a bag."""
 
 from __future__ import annotations
 
@@ -18,6 +18,13 @@ class Record(NamedTuple):
     stamp: int
     # CDR of the ROS 2 type, with its header of 4 bytes.
     data: bytes
+    # Which `Topic.schema` of its topic and type it is written by.
+    schema: int = 0
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        """The `key` of its topic."""
+        return self.topic, self.type, self.schema
 
 
 @dataclass(frozen=True)
@@ -35,11 +42,13 @@ class Topic:
     encoding: str = ''
     # 'RIHS01_...' or ''.
     type_hash: str = ''
+    # Tells topics of one name and type apart whose definitions differ: 0, 1, ...
+    schema: int = 0
 
     @property
-    def file_stem(self) -> str:
-        """What a file that holds it alone is called."""
-        return self.name.strip('/').replace('/', '-')
+    def key(self) -> tuple[str, str, int]:
+        """What tells topics of a bag apart."""
+        return self.name, self.type, self.schema
 
     def counted(self, count: int) -> Topic:
         """The same topic with another number of messages."""

@@ -1,4 +1,4 @@
-"""Pictures into MP4: colour as it is, depth in false colours."""
+"""Images into MP4: colour as it is, depth in false colours."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ def as_rgb(image: DecodedImage) -> NDArray[np.uint8]:
     """(H, W, 3) uint8 for people to look at; depth from near (red) to far (blue), none black."""
     if image.encoding == 'rgb8':
         return np.asarray(image.pixels, np.uint8)
-    if image.encoding == 'mono8':
-        return np.repeat(image.pixels[:, :, None], 3, axis=2)
+    if image.encoding in ('mono8', 'mono16'):
+        grey = image.pixels if image.encoding == 'mono8' else image.pixels >> 8
+        return np.repeat(grey.astype(np.uint8)[:, :, None], 3, axis=2)
     metres = image.pixels * np.float32(0.001) if image.encoding == '16UC1' else image.pixels
     there = np.isfinite(metres) & (metres > 0)
     far = np.clip((np.where(there, metres, _FAR) - _NEAR) / (_FAR - _NEAR), 0, 1)
@@ -33,33 +34,41 @@ def as_rgb(image: DecodedImage) -> NDArray[np.uint8]:
 class Video:
     """An MP4 file (MPEG-4 part 2, what OpenCV's wheels can write); a context manager.
 
-    All pictures have the size of the first.
+    All images have the size of the first. MPEG-4 takes even sizes only: the last row or column of
+    an odd one is repeated.
     """
 
     def __init__(self, path: Path, fps: float) -> None:
         self.path = path
-        self.frames = 0
+        # Height and width of the frames in the file.
         self.shape: tuple[int, int] = (0, 0)
+        self._source: tuple[int, int] = (0, 0)
         self._fps = fps
         self._writer: Any = None
 
     def write(self, rgb: NDArray[np.uint8]) -> None:
-        """Add a picture, (H, W, 3).
+        """Add an image, (H, W, 3).
 
         Raises:
             BagError: it has another size than the first, or the file cannot be written.
         """
-        size = rgb.shape[0], rgb.shape[1]
+        height, width = rgb.shape[:2]
         if self._writer is None:
-            self.shape = size
+            self._source, self.shape = (height, width), (height + height % 2, width + width % 2)
             code = cv2.VideoWriter.fourcc(*'mp4v')
-            self._writer = cv2.VideoWriter(str(self.path), code, self._fps, size[::-1])
+            self._writer = cv2.VideoWriter(str(self.path), code, self._fps, self.shape[::-1])
             if not self._writer.isOpened():
-                raise BagError(f'Cannot write {self.path}.')
-        if size != self.shape:
-            raise BagError(f'Expected pictures of {self.shape}, got {size} for {self.path.name}.')
-        self._writer.write(np.ascontiguousarray(rgb[:, :, ::-1]))
-        self.frames += 1
+                raise BagError(
+                    f'Cannot write {self.path}: {width}x{height} pixels at {self._fps:.5g} Hz.'
+                )
+        if (height, width) != self._source:
+            raise BagError(
+                f'Expected images of {self._source}, got {(height, width)} for {self.path.name}.'
+            )
+        bgr = rgb[:, :, ::-1]
+        if (height, width) != self.shape:
+            bgr = np.pad(bgr, ((0, height % 2), (0, width % 2), (0, 0)), 'edge')
+        self._writer.write(np.ascontiguousarray(bgr))
 
     def __enter__(self) -> Self:
         return self

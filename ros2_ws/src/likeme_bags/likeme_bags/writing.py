@@ -15,25 +15,29 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 from likeme_bags.errors import LIBRARY_ERRORS, BagError
+from likeme_bags.storage import Attachment
 from likeme_bags.storage_writers import (
     NO_HASH,
     STORAGES,
     CheckedMcapWriter,
-    HonestSqliteWriter,
+    OwnName,
+    SqliteWriter,
     hashed,
 )
-from likeme_bags.typestores import described
+from likeme_bags.typestores import jazzy_definition, layout
 from likeme_bags.values import Record, Topic
 
 # metadata.yaml as Jazzy writes it.
 _VERSION: Literal[9] = 9
+# How a definition in IDL begins, before the name of its type.
+_IDL = '=' * 80 + '\nIDL: '
 
 
 class _Writer(Writer):
     # What the library declares is a mapping of classes, too.
     STORAGE_PLUGINS = {  # noqa: RUF012
         StoragePlugin.MCAP: CheckedMcapWriter,
-        StoragePlugin.SQLITE3: HonestSqliteWriter,
+        StoragePlugin.SQLITE3: SqliteWriter,
     }
 
 
@@ -64,7 +68,10 @@ class BagWriter:
         if storage not in STORAGES:
             raise BagError(f"Expected storage 'mcap' or 'sqlite3', got '{storage}'.")
         self.path = Path(path)
-        self._connections: dict[tuple[str, str], Connection] = {}
+        self._connections: dict[tuple[str, str, int], Connection] = {}
+        # The first layout of every type.
+        self._layouts: dict[str, str] = {}
+        self._storage = storage
         try:
             self._writer = _Writer(self.path, version=_VERSION, storage_plugin=STORAGES[storage])
             if compress and storage == 'mcap':
@@ -87,48 +94,73 @@ class BagWriter:
 
         A definition that is missing is taken from Jazzy's types where they have the type.
         """
-        if (topic.name, topic.type) in self._connections:
+        if topic.key in self._connections:
             return
+        self._check_definition(topic)
         text, digest = topic.definition, topic.type_hash
         if not text:
-            text, known = described(topic.type)
+            text, known = jazzy_definition(topic.type)
             digest = digest or known
+        if topic.encoding.endswith('idl') and not text.startswith(_IDL):
+            # By this the library tells the language.
+            text = f'{_IDL}{topic.type}\n{text}'
         connection = self._writer.add_connection(
-            topic.name,
+            # The library refuses what equals a topic it has: those of two definitions do.
+            OwnName(topic.name) if topic.schema else topic.name,
             topic.type,
             msgdef=text,
             rihs01=digest or NO_HASH,
             offered_qos_profiles=topic.qos,
         )
+        connection = connection._replace(topic=topic.name)
         if not digest:
-            # metadata.yaml is written from this list.
             connection = hashed(connection)
-            self._writer.connections[-1] = connection
-        self._connections[topic.name, topic.type] = connection
+        # metadata.yaml is written from this list.
+        self._writer.connections[-1] = connection
+        self._connections[topic.key] = connection
+
+    def _check_definition(self, topic: Topic) -> None:
+        """Refuse what a sqlite3 bag cannot say."""
+        own = layout(topic)
+        known = self._layouts.setdefault(topic.type, own)
+        if self._storage == 'sqlite3' and own and known and own != known:
+            raise BagError(
+                f'Expected one definition of {topic.type}, got two: a sqlite3 bag cannot hold '
+                'them, mcap can.'
+            )
+
+    def attach(self, attachment: Attachment) -> bool:
+        """Write an attachment or metadata record; False: the storage has no such thing."""
+        file = self._writer.storage
+        if not isinstance(file, CheckedMcapWriter):
+            return False
+        with self._raising_bag_errors():
+            file.add_attachment(attachment.parts())
+        return True
 
     def write(self, record: Record) -> None:
         """Write one record of a topic that was added."""
-        connection = self._connections.get((record.topic, record.type))
+        connection = self._connections.get(record.key)
         if connection is None:
             raise BagError(f'Expected a topic that was added, got {record.topic} ({record.type}).')
-        with self._spoken():
+        with self._raising_bag_errors():
             self._writer.write(connection, record.stamp, record.data)
 
     def flush(self) -> None:
         """Close the pending chunk, so that what was written survives the end of this process."""
         file = self._writer.storage
-        if isinstance(file, CheckedMcapWriter | HonestSqliteWriter):
-            with self._spoken():
+        if isinstance(file, CheckedMcapWriter | SqliteWriter):
+            with self._raising_bag_errors():
                 file.flush()
 
     def close(self) -> None:
         """Write index and metadata.yaml."""
-        with self._spoken():
+        with self._raising_bag_errors():
             self._writer.close()
 
     @contextmanager
-    def _spoken(self) -> Iterator[None]:
-        """A full disk and the like, as one sentence."""
+    def _raising_bag_errors(self) -> Iterator[None]:
+        """Raise errors of the disk as BagError."""
         try:
             yield
         except (OSError, sqlite3.Error) as error:

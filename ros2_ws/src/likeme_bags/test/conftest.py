@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from likeme_bags.samples import KINDS, sample_records
 from likeme_bags.values import Record
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from sample_bags import KINDS, sample_records
 
 
 @pytest.fixture(scope='session')
@@ -19,7 +23,7 @@ def written() -> list[Record]:
 
 @pytest.fixture
 def sample(tmp_path: Path, written: list[Record]) -> Callable[[str], Path]:
-    """Make a bag of one of the kinds in `samples.KINDS`; a folder or a ROS 1 file."""
+    """Make a bag of one of the kinds in `sample_bags.KINDS`; a folder or a ROS 1 file."""
     return lambda kind: KINDS[kind][0](tmp_path, written)
 
 

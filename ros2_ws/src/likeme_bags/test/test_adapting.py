@@ -7,12 +7,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from sample_bags import BEGIN, STRING, sample_records, text_record
 
-from likeme_bags.adapting import COLOUR, DEPTH, INFO, Adaptation, camera_remap
+from likeme_bags.adapting import Adaptation
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO, camera_remap
 from likeme_bags.errors import BagError
 from likeme_bags.images import COMPRESSED, IMAGE, decode_image
 from likeme_bags.reading import open_bag
-from likeme_bags.samples import BEGIN, STRING, sample_records, text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
@@ -61,6 +62,40 @@ def test_a_kinect2_bag_plays_to_the_cell(tmp_path: Path) -> None:
     assert [r.stamp - BEGIN for r in records] == [0, 1, 2]
 
 
+@pytest.mark.parametrize('encoding', ['rgb16', 'bgr16', 'rgb8', 'mono8'])
+def test_colour_that_perception_cannot_read_is_converted(tmp_path: Path, encoding: str) -> None:
+    """16-bit colour becomes rgb8; what it can read, and what has no colour, stays as it is."""
+    wide = encoding.endswith('16')
+    pixels = np.full((12, 16, 1 if encoding == 'mono8' else 3), 200, np.uint8)
+    data = (pixels.astype(np.uint16) * 256 if wide else pixels).view(np.uint8).reshape(-1)
+    types = jazzy().types
+    header = types['std_msgs/msg/Header'](types['builtin_interfaces/msg/Time'](1, 0), 'k')
+    message = types[IMAGE](header, 12, 16, encoding, 0, data.size // 12, data)
+    record = Record('/eye', IMAGE, BEGIN, bytes(jazzy().serialize_cdr(message, IMAGE)))
+    with BagWriter(tmp_path / 'bag') as writer:
+        writer.add(Topic('/eye', IMAGE))
+        writer.write(record)
+    with open_bag(tmp_path / 'bag') as bag:
+        new = next(Adaptation({'/eye': COLOUR}).records(bag))
+    assert (new.topic, new.type, new.stamp) == (COLOUR, IMAGE, BEGIN)
+    image = decode_image(new)
+    if wide:
+        assert jazzy().deserialize_cdr(new.data, IMAGE).encoding == 'rgb8'
+        assert (image.pixels == 200).all()
+    else:
+        assert new.data == record.data
+
+
+def test_two_topics_of_one_new_name_are_refused(tmp_path: Path) -> None:
+    with open_bag(kinect2(tmp_path, COLOUR)) as bag:
+        for remap in (
+            {'/kinect2/qhd/camera_info': 'x', '/kinect2/qhd/image_depth_rect': '/x'},
+            {'/kinect2/qhd/image_depth_rect': f'/{COLOUR}'},
+        ):
+            with pytest.raises(BagError, match=r'Expected one topic as .*; give one another name'):
+                Adaptation(remap).topics(bag)
+
+
 def test_names_nobody_knows_are_given(tmp_path: Path) -> None:
     with open_bag(kinect2(tmp_path, '/eye')) as bag:
         with pytest.raises(BagError, match=r'Expected camera/rgb/image_rect_color .* got .*/eye'):
@@ -99,5 +134,8 @@ def test_a_picture_that_does_not_unpack_is_refused_with_its_topic(tmp_path: Path
         writer.add(Topic('/eye', COMPRESSED))
         data = bytes(jazzy().serialize_cdr(message, COMPRESSED))
         writer.write(Record('/eye', COMPRESSED, 1, data))
-    with open_bag(tmp_path / 'bag') as bag, pytest.raises(BagError, match='/eye: Expected a PNG'):
+    with (
+        open_bag(tmp_path / 'bag') as bag,
+        pytest.raises(BagError, match='/eye: expected a whole PNG'),
+    ):
         list(Adaptation({'/eye': COLOUR}).records(bag))

@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sample_bags import STRING, text_record
 from typer.testing import CliRunner
 
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
 from likeme_bags.bag_console import app
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
+from likeme_bags.check_results import Level
 from likeme_bags.doctor import examine
 from likeme_bags.images import IMAGE, DecodedImage, image_record
 from likeme_bags.qos import LATCHED
-from likeme_bags.samples import STRING, text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
-from likeme_bags.verdicts import Level
 from likeme_bags.writing import BagWriter
 
 BEGIN, PERIOD = 1_700_000_000_000_000_000, 33_333_333
@@ -68,17 +68,16 @@ def write(folder: Path, records: list[Record], qos: tuple[object, ...] = (LATCHE
 
 
 def levels(path: Path) -> dict[str, Level]:
-    return {finding.check: finding.level for finding in examine(path)}
+    return {name: result.level for name, result in examine(path).items()}
 
 
 def test_a_healthy_bag(tmp_path: Path) -> None:
-    findings = examine(write(tmp_path, healthy()))
-    assert len(findings) >= 20
-    assert {f.level for f in findings} == {Level.FINE}
-    assert len({f.check for f in findings}) == len(findings)
+    results = examine(write(tmp_path, healthy()))
+    assert len(results) >= 20
+    assert {r.level for r in results.values()} == {Level.OK}
     done = CliRunner().invoke(app, ['doctor', str(tmp_path / 'bag')])
     assert done.exit_code == 0
-    assert len(done.stdout.splitlines()) == len(findings)
+    assert len(done.stdout.splitlines()) == len(results)
 
 
 def without(k: int, name: str) -> Callable[[], list[Record]]:
@@ -161,7 +160,7 @@ ILL: dict[str, tuple[Callable[[], list[Record]], str, Level]] = {
         'rgb-d pairs',
         Level.FAIL,
     ),
-    'another picture than the camera\'s': (drawn_upon, 'camera info', Level.FINE),
+    'another picture than the camera\'s': (drawn_upon, 'camera info', Level.OK),
     'no depth': (
         lambda: [r for r in healthy() if r.topic != NAMES['depth']],
         'rgb-d pairs',
@@ -211,7 +210,7 @@ def test_hashes_that_belong_to_another_definition(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize('kind', ['mcap zstd', 'ros1 bz2', 'sqlite3', 'ros1 none'])
 def test_storage_without_checksums_is_told(sample: Callable[[str], Path], kind: str) -> None:
-    expected = Level.FINE if kind in ('mcap zstd', 'ros1 bz2') else Level.WARN
+    expected = Level.OK if kind in ('mcap zstd', 'ros1 bz2') else Level.WARN
     assert levels(sample(kind))['checksums'] == expected
 
 
@@ -225,9 +224,7 @@ def test_damaged_files(tmp_path: Path) -> None:
     spoiled[data.index(b'\x04\0\0\0zstd') + 90] ^= 0xFF
     file.write_bytes(spoiled)
     found = examine(bag)
-    assert (
-        found[0].level == Level.FAIL or {f.check: f.level for f in found}['chunks'] == Level.FAIL
-    )
+    assert Level.FAIL in (found['opens'].level, found['chunks'].level)
     file.write_bytes(data)
     metadata.write_text(text.replace('message_count: 90', 'message_count: 91'))
     assert levels(bag)['metadata'] == Level.FAIL
@@ -241,9 +238,48 @@ def test_damaged_files(tmp_path: Path) -> None:
     assert CliRunner().invoke(app, ['doctor', str(bag)]).exit_code == 1
 
 
+def foreign_camera(form: str, data: bytes) -> Record:
+    types, kind = jazzy().types, 'sensor_msgs/msg/CompressedImage'
+    header = types['std_msgs/msg/Header'](
+        types['builtin_interfaces/msg/Time'](*divmod(BEGIN, 10**9)), 'c'
+    )
+    message = types[kind](header, form, np.frombuffer(data, np.uint8))
+    return Record('/cam', kind, BEGIN, bytes(jazzy().serialize_cdr(message, kind)))
+
+
+def test_images_that_cannot_be_decoded(tmp_path: Path) -> None:
+    """A video codec is a warning, for the bag is whole; a damaged JPEG is a failure."""
+    for name, form, data, level in (
+        ('h264', 'h264', b'\0\0\0\1gB', Level.WARN),
+        ('jpeg', 'jpeg', b'\xff\xd8\xff', Level.FAIL),
+    ):
+        (tmp_path / name).mkdir()
+        path = write(tmp_path / name, [foreign_camera(form, data)])
+        assert levels(path)['decoding'] == level
+        done = CliRunner().invoke(app, ['doctor', str(path)])
+        assert done.exit_code == (level == Level.FAIL)
+        assert len(done.stdout.splitlines()) == len(levels(path))
+        assert 'Not checked: /cam: expected' in done.stdout or level == Level.FAIL
+
+
+def test_the_first_stamp_before_the_clock_is_no_gap(tmp_path: Path) -> None:
+    first = picture('colour', 0, 0)._replace(topic='/cam')
+    records = [picture('colour', BEGIN + k * PERIOD, BEGIN + k * PERIOD) for k in range(FRAMES)]
+    results = levels(write(tmp_path, [first, *(r._replace(topic='/cam') for r in records)]))
+    assert results['gaps'] == Level.OK
+    assert results['log times'] == Level.WARN
+
+
+def test_names_with_control_characters_stay_on_one_line(tmp_path: Path) -> None:
+    path = write(tmp_path, [text_record('/a\n\x1b[31m/b', BEGIN, 'x')])
+    done = CliRunner().invoke(app, ['doctor', str(path)])
+    assert len(done.stdout.splitlines()) == len(levels(path))
+    assert '\x1b' not in done.stdout
+
+
 def test_a_picture_topic_alone_is_not_called_a_pair(tmp_path: Path) -> None:
     """A colour camera without depth names the half that is missing."""
-    finding = {f.check: f for f in examine(write(tmp_path, [picture('colour', BEGIN, BEGIN)]))}
-    assert 'without its other half' in finding['rgb-d pairs'].sentence
-    assert finding['camera topics'].level == Level.WARN
-    assert IMAGE in finding['camera topics'].sentence
+    results = examine(write(tmp_path, [picture('colour', BEGIN, BEGIN)]))
+    assert 'without its other half' in results['rgb-d pairs'].sentence
+    assert results['camera topics'].level == Level.WARN
+    assert IMAGE in results['camera topics'].sentence

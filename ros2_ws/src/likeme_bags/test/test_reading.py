@@ -15,11 +15,11 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from sample_bags import BEGIN, CHATTER, COLOUR, KINDS, STRING, TOPICS, text_record
 
 from likeme_bags.errors import BagError
 from likeme_bags.qos import FOREVER, LATCHED
 from likeme_bags.reading import open_bag
-from likeme_bags.samples import BEGIN, CHATTER, COLOUR, KINDS, STRING, TOPICS, text_record
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter

@@ -13,13 +13,13 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import Reader
+from sample_bags import BEGIN, CHATTER, COLOUR, KINDS, PERIOD, sample_records
+from sample_bags import DEPTH as DEPTH_TOPIC
 from typer.testing import CliRunner, Result
 
 from likeme_bags.bag_console import app
 from likeme_bags.images import IMAGE, DecodedImage, image_record
 from likeme_bags.reading import open_bag
-from likeme_bags.samples import BEGIN, CHATTER, COLOUR, KINDS, PERIOD, sample_records
-from likeme_bags.samples import DEPTH as DEPTH_TOPIC
 from likeme_bags.typestores import jazzy
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
@@ -149,7 +149,7 @@ def test_repair_of_a_cut_bag_loses_nothing_that_is_there(
 
 
 def test_repair_in_place_keeps_the_original(mcap: Path, written: list[Record]) -> None:
-    assert 'nothing to mend' in bag('repair', mcap).stdout
+    assert 'nothing to repair' in bag('repair', mcap).stdout
     (mcap / 'metadata.yaml').unlink()
     before = files_of(mcap)
     done = bag('repair', mcap, '--in-place')
@@ -284,7 +284,7 @@ def test_exports_that_have_nothing_to_write(tmp_path: Path, written: list[Record
         writer.add(Topic(CHATTER, written[0].type))
         writer.write(written[0])
     for form, sentence in (
-        ('mp4', 'Expected a topic of pictures'),
+        ('mp4', 'Expected a topic of images'),
         ('lerobot', 'Expected a camera'),
     ):
         done = bag('export', tmp_path / 'text', '--format', form, '--out', tmp_path / form)

@@ -11,16 +11,19 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
-from likeme_bringup.start_cell import Mode, Part, Settings, executable
+from likeme_arm_sim.simulated_parts import SimulatedPart
+from likeme_bringup.start_cell import Part, StartOptions, executable
+from likeme_core.tabletop import Mode
 
 ARGUMENTS = {
     'only': ('', 'Parts to start, separated by commas: arm, perception, inference; empty: all.'),
+    'simulate': ('', 'Parts to simulate, separated by commas: arm, person, camera; empty: all.'),
     'network': ('false', 'true: let nodes on other machines of the subnet take part.'),
     'mode': ('', 'How the robot imitates: trajectory, goal_based, interactive, sequential.'),
     'threshold': ('', 'Ask for help below this predicted success.'),
     'actions': ('', 'Budget of the sequential mode.'),
     'seed': ('', 'Seed of the simulated cell.'),
-    'real_time_factor': ('', '1: as in life; 0: as fast as it goes.'),
+    'real_time_factor': ('', '1: real time; 0: as fast as possible.'),
     'model': ('', 'Transition model file of the robot.'),
     'experience': ('', 'Experience store: executed imitations improve the model.'),
     'params': ('', 'ROS parameter file; config/cell.yaml has all names.'),
@@ -38,7 +41,9 @@ def generate_launch_description() -> LaunchDescription:
 
 def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    settings = Settings(
+    simulate = tuple(SimulatedPart(name) for name in names(given['simulate']))
+    options = StartOptions(
+        simulate=simulate or None,
         mode=Mode(given['mode']) if given['mode'] else None,
         threshold=float(given['threshold']) if given['threshold'] else None,
         actions=int(given['actions']) if given['actions'] else None,
@@ -47,8 +52,12 @@ def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
         experience=given['experience'] or None,
         model=Path(given['model']) if given['model'] else None,
     )
-    parts = [Part(name.strip()) for name in given['only'].split(',') if name.strip()] or list(Part)
-    return [*environment(given), *(node(part, settings, given['params']) for part in parts)]
+    parts = [Part(name) for name in names(given['only'])] or list(Part)
+    return [*environment(given), *(node(part, options, given['params']) for part in parts)]
+
+
+def names(text: str) -> list[str]:
+    return [name.strip() for name in text.split(',') if name.strip()]
 
 
 def environment(given: dict[str, str]) -> list[SetEnvironmentVariable]:
@@ -64,13 +73,13 @@ def environment(given: dict[str, str]) -> list[SetEnvironmentVariable]:
     return [SetEnvironmentVariable(name, value) for name, value in chosen.items()]
 
 
-def node(part: Part, settings: Settings, params: str) -> Node:
+def node(part: Part, options: StartOptions, params: str) -> Node:
     package, name = executable(part)
     return Node(
         package=package,
         executable=name,
         output='screen',
-        parameters=[*([params] if params else []), settings.overrides(part)],
+        parameters=[*([params] if params else []), options.overrides(part)],
         # As under start_cell: when one ends, all end.
         on_exit=[Shutdown(reason=f'{part.value} has ended')],
     )

@@ -1,4 +1,4 @@
-"""The demo: starts the cell, has the paper's story played in it, and draws what the camera saw."""
+"""The demo: starts the cell, runs the paper's two acts in it, and draws what the camera saw."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ import typer
 from domain_coordinator import domain_id
 from rich.console import Console
 
-from likeme_bringup import story
-from likeme_bringup.demo_node import DONE_BY_HAND, Operator, StoryStoppedError, play_story
-from likeme_bringup.ros.cell_commands import Manner
-from likeme_bringup.ros.cell_commands import State as Side
+from likeme_bringup import narration
+from likeme_bringup.demo_acts import PAPER_ACTS, DemoAct
+from likeme_bringup.demo_node import DONE_BY_HAND, DemoStoppedError, Operator, run_acts
+from likeme_bringup.enum_choice import choices, member
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
 from likeme_core.instance_lock import is_free
 from likeme_core.processes import die_with_parent, interrupt
-from likeme_core.tabletop import State
+from likeme_core.tabletop import Manner, State
 from likeme_inference.console_replies import read_reply
 from likeme_inference.node_settings import read_model
 
 console = Console(highlight=False, soft_wrap=False)
-END_OF_CELL_TIMEOUT = 20.0
-# How often a question at the keyboard looks whether the story still goes on, s.
-GLANCE = 0.2
+CELL_EXIT_TIMEOUT = 20.0
+# Between two checks that the demo still goes on while it waits for the keyboard, s.
+POLL_PERIOD = 0.2
 
 
-class Who(StrEnum):
+class Answerer(StrEnum):
     """Who answers when the robot asks for help."""
 
     AUTO = 'auto'
@@ -50,13 +50,16 @@ def main(
         str | None, typer.Option('--object', help='pear, lemon or chicken, instead of the two.')
     ] = None,
     show: Annotated[
-        tuple[Side, Side], typer.Option(metavar='FROM TO', help='What the person shows.')
-    ] = (Side.RIGHT, Side.LEFT),
-    by: Annotated[Manner, typer.Option(help='How the person shows it.')] = Manner.PLACE,
+        tuple[str, str],
+        typer.Option(metavar='FROM TO', help=f'What the person shows: {choices(State)}.'),
+    ] = ('right', 'left'),
+    by: Annotated[
+        str, typer.Option(help=f'How the person shows it: {choices(Manner)}.')
+    ] = 'place',
     operator: Annotated[
-        Who,
+        Answerer,
         typer.Option(help='Who answers the robot: the simulated person, or you at this keyboard.'),
-    ] = Who.AUTO,
+    ] = Answerer.AUTO,
     model: Annotated[
         Path | None,
         typer.Option(exists=True, dir_okay=False, help='Another transition model file.'),
@@ -65,38 +68,37 @@ def main(
         Path, typer.Option(help='Folder for the picture and the log of the nodes.')
     ] = Path('out/demo'),
 ) -> None:
-    """Play the paper's story: the robot watches, infers the goal, reaches it its own way, or asks.
+    """Run the paper's example: the robot watches, infers the goal, acts its own way, or asks.
 
-    Exit code 0: every act reached the goal that was shown. 1: one did not, or the story stopped.
+    Exit code 0: every act reached the goal that was shown. 1: one did not, or the demo stopped.
     """
-    acts = _acts(object_, show, by)
+    acts = _acts(object_, member(State, show[0]), member(State, show[1]), member(Manner, by))
     _check_model(model, acts)
     log = _log_in(out)
     began = time.monotonic()
-    with domain_id(_free_domain()) as domain, _cell(domain, seed, model, log) as alive:
-        endings, rows = play_story(acts, seed, _tell, _operator(operator), alive)
+    with domain_id(_free_domain()) as domain, _cell(domain, seed, model, log) as check_cell:
+        results, rows = run_acts(acts, seed, _tell, _operator(operator), check_cell)
     seconds = time.monotonic() - began
-    _tell('\n' + story.summary(endings, len(acts), seconds))
+    _tell('\n' + narration.summary(results, len(acts), seconds))
     if any(row.panels for row in rows):
         _tell(f'What the camera saw: {draw_storyboard(rows, out / "story.png")}')
-    _tell(f'What the nodes said: {log}')
-    raise typer.Exit(0 if len(endings) == len(acts) and all(e.reached for e in endings) else 1)
+    _tell(f'Log of the nodes: {log}')
+    raise typer.Exit(0 if len(results) == len(acts) and all(r.reached for r in results) else 1)
 
 
-def _acts(object_: str | None, show: tuple[Side, Side], by: Manner) -> Sequence[story.Act]:
-    start, end = (State[side.name] for side in show)
+def _acts(object_: str | None, start: State, end: State, by: Manner) -> Sequence[DemoAct]:
     default = (start, end, by) == (State.RIGHT, State.LEFT, Manner.PLACE)
     if object_ is None and default:
-        return story.PAPERS_STORY
+        return PAPER_ACTS
     if start == end or start == State.OFFTABLE:
         raise typer.BadParameter(
             f'expected a change that starts on the table, got {start.name} to {end.name}',
             param_hint='--show',
         )
-    return (story.Act(object_ or 'chicken', start, end, push=by == Manner.PUSH),)
+    return (DemoAct(object_ or 'chicken', start, end, by),)
 
 
-def _check_model(path: Path | None, acts: Sequence[story.Act]) -> None:
+def _check_model(path: Path | None, acts: Sequence[DemoAct]) -> None:
     """Refuse a model file that cannot be read, and objects that the robot never tried."""
     try:
         known = list(read_model(str(path or '')).objects)
@@ -111,7 +113,7 @@ def _check_model(path: Path | None, acts: Sequence[story.Act]) -> None:
 
 
 def _log_in(out: Path) -> Path:
-    """Make the folder, and the file for what the nodes say."""
+    """Make the folder and the file for the output of the nodes."""
     log = out / 'cell.log'
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -130,7 +132,7 @@ def _free_domain() -> Callable[[], int]:
 
 @contextmanager
 def _cell(domain: int, seed: int, model: Path | None, log: Path) -> Iterator[Callable[[], None]]:
-    """Run the three nodes as `start_cell` does; yields a check that raises once they ended."""
+    """Run the three nodes as `start_cell` does; yields a check that raises if they ended."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--seed', str(seed)]
     if model is not None:
@@ -143,19 +145,19 @@ def _cell(domain: int, seed: int, model: Path | None, log: Path) -> Iterator[Cal
             preexec_fn=die_with_parent(os.getpid()),
         )
 
-    def alive() -> None:
+    def check_cell() -> None:
         if cell.poll() is not None:
             raise typer.Exit(_report_dead_cell(cell.returncode, log))
 
     try:
-        yield alive
+        yield check_cell
     finally:
-        interrupt(cell, END_OF_CELL_TIMEOUT)
+        interrupt(cell, CELL_EXIT_TIMEOUT)
 
 
 def _report_dead_cell(code: int, log: Path) -> int:
     last = log.read_text(errors='replace').strip().splitlines()[-5:]
-    console.print(f'The cell ended by itself (exit code {code}). Its last words, from {log}:')
+    console.print(f'The cell ended by itself (exit code {code}). Last lines of {log}:')
     console.print('\n'.join(last), markup=False)
     return 1
 
@@ -164,35 +166,35 @@ def _tell(sentence: str) -> None:
     console.print(sentence, markup=False)
 
 
-def _operator(who: Who) -> Operator:
-    if who is Who.AUTO:
-        return lambda request, pause: (DONE_BY_HAND, 'the simulated person')
+def _operator(answerer: Answerer) -> Operator:
+    if answerer is Answerer.AUTO:
+        return lambda request, check: (DONE_BY_HAND, 'the simulated person')
     return _ask_at_keyboard
 
 
-def _ask_at_keyboard(request: Any, pause: Callable[[], None]) -> tuple[int, str]:
+def _ask_at_keyboard(request: Any, check: Callable[[], None]) -> tuple[int, str]:
     _tell(
         '  done: you do it (the simulated hand moves for you); try: the robot tries; '
         'skip: leave it'
     )
     while True:
-        line = _line('Your answer (done, try or skip): ', pause)
+        line = _line('Your answer (done, try or skip): ', check)
         try:
             return int(read_reply(line)), getpass.getuser()
         except ValueError as error:
             _tell(str(error))
 
 
-def _line(prompt: str, pause: Callable[[], None]) -> str:
-    """A line from the keyboard; `pause` may raise while nobody types."""
+def _line(prompt: str, check: Callable[[], None]) -> str:
+    """A line from the keyboard; `check` is called while it waits, and may raise."""
     print(prompt, end='', flush=True)
-    # Blocking in a read here would swallow Ctrl-C, which rclpy handles, until the next Enter.
-    while sys.stdin is not None and not select.select([sys.stdin], [], [], GLANCE)[0]:
-        pause()
+    # A blocking read would delay Ctrl-C, which rclpy handles, until the next Enter.
+    while sys.stdin is not None and not select.select([sys.stdin], [], [], POLL_PERIOD)[0]:
+        check()
     line = '' if sys.stdin is None else sys.stdin.readline()
     if not line:
         _tell('')
-        raise StoryStoppedError('Expected an answer at the keyboard, got its end.')
+        raise DemoStoppedError('Expected an answer at the keyboard, got end of file.')
     return line
 
 

@@ -1,4 +1,4 @@
-"""The narrator of the demo: plays the person's part over real services, tells what comes back."""
+"""Runs the acts of the demo over the services of a running cell and reports what happens."""
 
 from __future__ import annotations
 
@@ -11,49 +11,54 @@ from typing import Any, TypeVar
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Image
 
-from likeme_bringup import story
-from likeme_bringup.storyboard import Panel, Row
-from likeme_core.tabletop import Action, State
+from likeme_bringup import narration
+from likeme_bringup.demo_acts import DemoAct, DemoActResult
+from likeme_bringup.storyboard import Panel, StoryboardRow
+from likeme_core.ros.qos import LATCHED
+from likeme_core.tabletop import Action, Manner, State
 from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 from likeme_perception.rgbd import decode_rgb
 
 T = TypeVar('T')
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 DONE_BY_HAND = AskHuman.Request.DONE_BY_HAND
 TRY_ANYWAY = AskHuman.Request.TRY_ANYWAY
-# Who answers ask_human: gives an AskHuman constant and a name for (request, pause). Who takes long
-# calls `pause()` now and then: it raises when the story cannot go on.
+#: Answers ask_human: (request, check) to an AskHuman constant and a name. A function that waits
+#: calls `check` meanwhile, which raises when the demo cannot go on.
 Operator = Callable[[Any, Callable[[], None]], tuple[int, str]]
+#: Timeouts, s.
+READY_TIMEOUT, EVENT_TIMEOUT, MOTION_TIMEOUT, OUTCOME_TIMEOUT = 60.0, 20.0, 60.0, 120.0
+REPLY_TIMEOUT = 10.0
+#: Frames kept of one part of an act; from then on every other one is dropped.
+MAX_FRAMES = 64
 
 
-class StoryStoppedError(Exception):
-    """The story cannot go on; the sentence says what was expected and what came."""
+class DemoStoppedError(Exception):
+    """The demo cannot go on; the message says what was expected and what came."""
 
 
 class DemoNode(Node):
-    """Plays one act after another and narrates.
+    """Runs one act after another.
 
     Subscribes: table_state, demonstration, goal_belief, decision, outcome, table_overlay.
     Calls: cell/reset, human/execute_action, ask_human.
     """
 
     def __init__(
-        self, tell: Callable[[str], None], operator: Operator, alive: Callable[[], None]
+        self, tell: Callable[[str], None], operator: Operator, check_cell: Callable[[], None]
     ) -> None:
+        """tell: prints a sentence. check_cell: raises when the cell has ended."""
         super().__init__('demo')
-        self._tell = tell
-        self._operator = operator
-        self._alive = alive
-        # What the graph said since the act began, by its type.
-        self._heard: dict[type, list[Any]] = defaultdict(list)
+        self._tell, self._operator, self._check_cell = tell, operator, check_cell
+        # Messages received since the act began, by their type.
+        self._received: dict[type, list[Any]] = defaultdict(list)
         self._table: TableState | None = None
-        self._reel: list[Image] = []
+        self._frames: list[Image] = []
         self._panels: list[Panel] = []
-        self.rows: list[Row] = []
+        self.rows: list[StoryboardRow] = []
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self.create_subscription(TableState, 'table_state', self._on_table, 1)
@@ -63,191 +68,202 @@ class DemoNode(Node):
             (Decision, 'decision', LATCHED),
             (Outcome, 'outcome', LATCHED),
         ):
-            self.create_subscription(kind, topic, partial(self._hear, kind), qos)
-        self.create_subscription(
-            Image, 'table_overlay', self._reel.append, qos_profile_sensor_data
-        )
+            self.create_subscription(kind, topic, partial(self._on_message, kind), qos)
+        self.create_subscription(Image, 'table_overlay', self._on_frame, qos_profile_sensor_data)
         self._human = self.create_client(ExecuteAction, 'human/execute_action')
         self._arm = self.create_client(ExecuteAction, 'arm/execute_action')
         self._reset = self.create_client(ResetCell, 'cell/reset')
         self._ask = self.create_client(AskHuman, 'ask_human')
 
-    def wait_until_ready(self, timeout: float) -> None:
-        """Return when every service is there and perception has a first table state."""
+    def wait_until_ready(self) -> None:
+        """Return when every service is there and a first table state has come."""
         for client in (self._human, self._arm, self._reset, self._ask):
-            self._until(client.service_is_ready, timeout, f'the service {client.srv_name}')
-        self._until(lambda: self._table, timeout, 'a first table_state from perception')
+            what = f'the service {client.srv_name}'
+            self._wait_for(client.service_is_ready, READY_TIMEOUT, what)
+        self._wait_for(lambda: self._table, READY_TIMEOUT, 'a first table_state from perception')
 
-    def play(self, act: story.Act, seed: int) -> story.Ending:
-        """Play one act from the set table to the outcome. Raises StoryStoppedError."""
+    def run_act(self, act: DemoAct, seed: int) -> DemoActResult:
+        """Run one act, from setting up the table to the outcome.
+
+        Raises:
+            DemoStoppedError: it could not be completed.
+        """
         self._panels = []
-        self._heard.clear()
-        self.rows.append(Row(act.title(), self._panels))
-        self._set_the_table(act, seed)
-        self._snap('before')
-        self._show(act)
+        self._received.clear()
+        self.rows.append(StoryboardRow(act.title(), self._panels))
+        self._set_up_table(act, seed)
+        self._keep_next_frame('before')
+        self._demonstrate(act)
         self._put_back(act)
         choice = self._next_decision()
-        self._tell(story.decision(choice, act))
-        asked, middle = choice.kind == Decision.ASK_HUMAN, story.acting(choice)
+        self._tell(narration.decision(choice, act))
+        asked, caption = choice.kind == Decision.ASK_HUMAN, narration.action_caption(choice)
         if asked:
-            middle = self._answer(choice)
+            caption = self._answer(choice)
         elif choice.kind != Decision.EXECUTE:
-            raise StoryStoppedError(f'Expected the robot to act or to ask, got: {choice.sentence}')
+            raise DemoStoppedError(f'Expected the robot to act or to ask, got: {choice.sentence}')
         else:
             self._tell('The robot acts.')
-        outcome = self._until(
-            lambda: next((o for o in self._heard[Outcome] if o.decision_id == choice.id), None),
-            120.0,
-            'an outcome of the decision',
-        )
-        self._keep_middle(middle)
+        outcome = self._outcome_of(choice)
+        self._keep_middle_frame(caption)
         self._tell(outcome.sentence)
-        self._snap(f'after: {story.RESULTS[outcome.result]}')
+        self._keep_next_frame(f'after: {narration.RESULT_CAPTIONS[outcome.result]}')
         reached = outcome.result == Outcome.REACHED and outcome.goal == act.end
-        return story.Ending(act, reached, asked, outcome.sentence)
+        return DemoActResult(act, reached, asked, outcome.sentence)
 
-    def _set_the_table(self, act: story.Act, seed: int) -> None:
+    def _set_up_table(self, act: DemoAct, seed: int) -> None:
         request = ResetCell.Request(objects=[act.object], states=[int(act.start)], seed=seed)
-        reply = self._call(self._reset, request, 20.0)
+        reply = self._call(self._reset, request, EVENT_TIMEOUT)
         if not reply.success:
-            raise StoryStoppedError(f'Expected the table to be set, got: {reply.message}')
-        self._wait_for_object(act.object, act.start, 20.0)
-        self._tell(story.table(self._table))
+            raise DemoStoppedError(f'Expected the table to be set up, got: {reply.message}')
+        self._wait_for_object(act.object, act.start)
+        self._tell(narration.table(self._table))
 
-    def _show(self, act: story.Act) -> None:
+    def _demonstrate(self, act: DemoAct) -> None:
         self._tell(f'A person shows: {act.title()}.')
-        self._by_hand(act.object, act.action)
-        demo = self._first(Demonstration, 20.0, 'a demonstration event')
-        self._keep_middle('a person shows')
-        self._tell(story.demonstration(demo))
+        self._move_by_hand(act.object, act.action)
+        demo = self._first(Demonstration, EVENT_TIMEOUT, 'a demonstration')
+        self._keep_middle_frame('a person shows')
+        self._tell(narration.demonstration(demo))
         if (demo.object, demo.x_i, demo.x_f) != (act.object, act.start, act.end):
-            raise StoryStoppedError(
+            raise DemoStoppedError(
                 f'Expected to see {act.title()}; the camera saw something else.'
             )
-        self._tell(story.belief(self._first(GoalBelief, 10.0, 'a goal belief')))
+        self._tell(narration.belief(self._first(GoalBelief, REPLY_TIMEOUT, 'a goal belief')))
 
-    def _put_back(self, act: story.Act) -> None:
+    def _put_back(self, act: DemoAct) -> None:
         at_goal = self._next_decision()
         self._tell(at_goal.sentence)
         if at_goal.kind != Decision.AT_GOAL:
-            raise StoryStoppedError(
+            raise DemoStoppedError(
                 f'Expected the robot to want the {act.object} {act.end.name}, where it is.'
             )
         self._tell(
             f'The person puts the {act.object} back {act.start.name}; the robot looks again.'
         )
-        self._by_hand(act.object, act.undo)
-        self._reel.clear()
+        self._move_by_hand(act.object, act.undo)
+        self._frames.clear()
 
     def _next_decision(self) -> Decision:
-        choice = self._first(Decision, 20.0, 'a decision of the robot')
-        self._heard[Decision].remove(choice)
+        choice = self._first(Decision, EVENT_TIMEOUT, 'a decision of the robot')
+        self._received[Decision].remove(choice)
         return choice
 
+    def _outcome_of(self, choice: Decision) -> Outcome:
+        def received() -> Outcome | None:
+            return next((o for o in self._received[Outcome] if o.decision_id == choice.id), None)
+
+        return self._wait_for(received, OUTCOME_TIMEOUT, 'an outcome of the decision')
+
     def _answer(self, choice: Decision) -> str:
-        """Have the question answered; what goes on then, as a caption."""
-        listed = self._call(self._ask, AskHuman.Request(command=AskHuman.Request.LIST), 10.0)
+        """Have the operator answer the request for help; the caption of what follows."""
+        listed = self._call(self._ask, AskHuman.Request(command=AskHuman.Request.LIST))
         pending = [request for request in listed.pending if request.id == choice.id]
         if not pending:
-            raise StoryStoppedError(
+            raise DemoStoppedError(
                 f'Expected request {choice.id} to be pending, got: {listed.message}'
             )
         self._tell(f'The robot asks: {pending[0].question}')
         answer, name = self._operator(pending[0], self._check)
         if answer == DONE_BY_HAND:
             self._tell(f'{name[0].upper()}{name[1:]} does it by hand.')
-            self._by_hand(choice.object, Action(choice.goal))
+            self._move_by_hand(choice.object, Action.of(Manner.PLACE, State(choice.goal)))
         given = AskHuman.Request(
             command=AskHuman.Request.ANSWER, request_id=choice.id, answer=answer, answered_by=name
         )
-        reply = self._call(self._ask, given, 10.0)
+        reply = self._call(self._ask, given)
         if not reply.success:
-            raise StoryStoppedError(f'Expected the answer to be taken, got: {reply.message}')
+            raise DemoStoppedError(f'Expected the answer to be accepted, got: {reply.message}')
         self._tell(reply.message)
-        captions = {DONE_BY_HAND: 'a person helps', TRY_ANYWAY: story.acting(choice)}
+        captions = {DONE_BY_HAND: 'a person helps', TRY_ANYWAY: narration.action_caption(choice)}
         return captions.get(answer, 'skipped')
 
-    def _by_hand(self, name: str, action: Action) -> None:
+    def _move_by_hand(self, name: str, action: Action) -> None:
         request = ExecuteAction.Request(object=name, action=int(action))
-        reply = self._call(self._human, request, 60.0)
+        reply = self._call(self._human, request, MOTION_TIMEOUT)
         if not reply.success:
-            raise StoryStoppedError(f'Expected the hand to do {action.name}, got: {reply.message}')
+            raise DemoStoppedError(f'Expected the hand to do {action.name}, got: {reply.message}')
 
-    def _wait_for_object(self, name: str, state: State, timeout: float) -> None:
+    def _wait_for_object(self, name: str, state: State) -> None:
         def seen() -> bool:
             if self._table is None or not self._table.settled:
                 return False
             return any(o.name == name and o.state == state for o in self._table.objects)
 
-        self._until(seen, timeout, f'the camera to see the {name} at rest {state.name}')
+        what = f'the camera to see the {name} at rest {state.name}'
+        self._wait_for(seen, EVENT_TIMEOUT, what)
 
-    def _call(self, client: Any, request: Any, timeout: float) -> Any:
+    def _call(self, client: Any, request: Any, timeout: float = REPLY_TIMEOUT) -> Any:
         future = client.call_async(request)
-        self._until(future.done, timeout, f'an answer from {client.srv_name}')
+        self._wait_for(future.done, timeout, f'an answer from {client.srv_name}')
         return future.result()
 
     def _first(self, kind: type[T], timeout: float, what: str) -> T:
-        """The first message of a type that was heard since the act began."""
-        return self._until(lambda: self._heard[kind], timeout, what)[0]
+        """The first message of a type since the act began."""
+        messages: list[T] = self._wait_for(lambda: self._received[kind], timeout, what)
+        return messages[0]
 
-    def _until(self, predicate: Callable[[], T | None], timeout: float, what: str) -> T:
+    def _wait_for(self, condition: Callable[[], T | None], timeout: float, what: str) -> T:
         deadline = time.monotonic() + timeout
-        while not (value := predicate()):
+        while not (value := condition()):
             self._check()
             if time.monotonic() > deadline:
-                raise StoryStoppedError(f'Expected {what} within {timeout:.0f} s, got nothing.')
+                raise DemoStoppedError(f'Expected {what} within {timeout:.0f} s, got nothing.')
             self._executor.spin_once(timeout_sec=0.1)
         return value
 
     def _check(self) -> None:
-        self._alive()
+        self._check_cell()
         if not rclpy.ok():
-            raise StoryStoppedError('Interrupted.')
+            raise DemoStoppedError('Interrupted.')
 
-    def _hear(self, kind: type, message: Any) -> None:
-        self._heard[kind].append(message)
+    def _on_message(self, kind: type, message: Any) -> None:
+        self._received[kind].append(message)
 
     def _on_table(self, message: TableState) -> None:
         self._table = message
 
-    def _snap(self, title: str) -> None:
-        """Keep the next picture that perception draws."""
-        self._reel.clear()
-        self._until(lambda: self._reel, 10.0, 'a picture on table_overlay')
-        self._keep(title, self._reel[-1])
+    def _on_frame(self, message: Image) -> None:
+        self._frames.append(message)
+        if len(self._frames) > MAX_FRAMES:
+            del self._frames[1::2]
 
-    def _keep_middle(self, title: str) -> None:
-        """Keep the picture from half way through what just went on."""
-        if self._reel:
-            self._keep(title, self._reel[len(self._reel) // 2])
+    def _keep_next_frame(self, title: str) -> None:
+        self._frames.clear()
+        self._wait_for(lambda: self._frames, REPLY_TIMEOUT, 'an image on table_overlay')
+        self._keep(title, self._frames[-1])
+
+    def _keep_middle_frame(self, title: str) -> None:
+        """Keep the frame from halfway through the last part of the act."""
+        if self._frames:
+            self._keep(title, self._frames[len(self._frames) // 2])
 
     def _keep(self, title: str, image: Image) -> None:
         size = image.height, image.width, image.step
         self._panels.append(Panel(title, decode_rgb(image.data, image.encoding, *size)))
-        self._reel.clear()
+        self._frames.clear()
 
 
-def play_story(
-    acts: Sequence[story.Act],
+def run_acts(
+    acts: Sequence[DemoAct],
     seed: int,
     tell: Callable[[str], None],
     operator: Operator,
-    alive: Callable[[], None],
-) -> tuple[list[story.Ending], list[Row]]:
-    """Play the acts in order in a node of their own; stops at the first that cannot go on."""
+    check_cell: Callable[[], None],
+) -> tuple[list[DemoActResult], list[StoryboardRow]]:
+    """Run the acts in order; stops at the first that cannot be completed."""
     rclpy.init()
-    node = DemoNode(tell, operator, alive)
-    endings: list[story.Ending] = []
+    node = DemoNode(tell, operator, check_cell)
+    results: list[DemoActResult] = []
     try:
-        node.wait_until_ready(60.0)
+        node.wait_until_ready()
         tell('The cell is ready: arm driver, perception and inference are up.')
         for number, act in enumerate(acts, start=1):
             tell(f'\n{number}. {act.title()}')
-            endings.append(node.play(act, seed))
-    except StoryStoppedError as stopped:
-        tell(f'The story stops here. {stopped}')
+            results.append(node.run_act(act, seed))
+    except DemoStoppedError as stopped:
+        tell(f'The demo stops here. {stopped}')
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
-    return endings, node.rows
+    return results, node.rows

@@ -1,4 +1,4 @@
-"""ROS parameter files: read, and held against what the cell's nodes declare."""
+"""Validates ROS parameter files against the parameters that the cell's nodes declare."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from ament_index_python.packages import get_package_share_directory
 
 from likeme_core.yaml_files import read_yaml
 
-# Every node has these.
+# Parameters of every node.
 COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
 
 
-def checked(path: Path) -> Path:
-    """The absolute path of a ROS parameter file, which every node of the cell will read.
+def validated(path: Path) -> Path:
+    """The absolute path of a ROS parameter file, once it is found valid.
 
     Raises:
-        ValueError: it is no YAML, not laid out as node: ros__parameters: name: value, or names
-            what there is not.
+        ValueError: it is no YAML, not of the form node: ros__parameters: name: value, or has an
+            unknown node or parameter.
     """
     nodes = read_yaml(path)
-    laid_out = isinstance(nodes, dict) and all(
+    well_formed = isinstance(nodes, dict) and all(
         isinstance(node, dict) and 'ros__parameters' in node for node in nodes.values()
     )
-    if not laid_out:
+    if not well_formed:
         raise ValueError(
             f'expected node: ros__parameters: name: value in {path}, see config/cell.yaml'
         )
@@ -39,7 +39,7 @@ def checked(path: Path) -> Path:
 def _check_names(
     path: Path, node: str, parameters: Mapping[str, object], known: Mapping[str, Any]
 ) -> None:
-    """Refuse what no node of the cell would notice: ROS passes over names that nobody declares."""
+    """Refuse unknown names, which ROS would ignore silently."""
     nodes = [node.rpartition('/')[2]] if not node.endswith('*') else list(known)
     if nodes[0] not in known:
         raise ValueError(f'expected one of the nodes {", ".join(known)} in {path}, got {node!r}')

@@ -1,4 +1,4 @@
-"""Start the cell's nodes in the foreground, under the supervisor."""
+"""Starts the cell's nodes in the foreground, under the supervisor."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from typing import Annotated, NamedTuple
 
 import typer
 
-from likeme_bringup.parameter_files import checked
+from likeme_arm_sim.simulated_parts import SimulatedPart
+from likeme_bringup.parameter_files import validated
 from likeme_bringup.supervisor import Child, Supervisor
 from likeme_core.cli import Domain
 from likeme_core.instance_lock import AlreadyRunningError, claim
+from likeme_core.tabletop import Mode
 
 
 class Part(StrEnum):
@@ -24,15 +26,6 @@ class Part(StrEnum):
     INFERENCE = 'inference'
 
 
-class Mode(StrEnum):
-    """How the robot imitates (parameter `mode` of the inference node)."""
-
-    TRAJECTORY = 'trajectory'
-    GOAL_BASED = 'goal_based'
-    INTERACTIVE = 'interactive'
-    SEQUENTIAL = 'sequential'
-
-
 MODULES = {
     Part.ARM: 'likeme_arm_sim.arm_driver_node',
     Part.PERCEPTION: 'likeme_perception.perception_node',
@@ -40,9 +33,10 @@ MODULES = {
 }
 
 
-class Settings(NamedTuple):
-    """What a start may choose; None leaves the node's default or the parameter file's value."""
+class StartOptions(NamedTuple):
+    """Options of a start; None leaves the node's default or the parameter file's value."""
 
+    simulate: tuple[SimulatedPart, ...] | None = None
     mode: Mode | None = None
     threshold: float | None = None
     actions: int | None = None
@@ -53,9 +47,13 @@ class Settings(NamedTuple):
     parameter_files: tuple[Path, ...] = ()
 
     def overrides(self, part: Part) -> dict[str, object]:
-        """ROS parameters of one node that differ from the files."""
+        """ROS parameters of one node that override the files."""
         values: dict[Part, dict[str, object | None]] = {
-            Part.ARM: {'seed': self.seed, 'real_time_factor': self.real_time_factor},
+            Part.ARM: {
+                'simulate': [part.value for part in self.simulate] if self.simulate else None,
+                'seed': self.seed,
+                'real_time_factor': self.real_time_factor,
+            },
             Part.PERCEPTION: {},
             Part.INFERENCE: {
                 'mode': self.mode.value if self.mode else None,
@@ -68,41 +66,41 @@ class Settings(NamedTuple):
         return {name: value for name, value in values[part].items() if value is not None}
 
 
-DEFAULTS = Settings()
+DEFAULTS = StartOptions()
 
 
 def executable(part: Part) -> tuple[str, str]:
-    """Package and executable of a part, as `ros2 run` names them."""
+    """Package and executable of a part, as for `ros2 run`."""
     package, _, module = MODULES[part].partition('.')
     return package, module
 
 
 def children(
-    parts: tuple[Part, ...] = tuple(Part), settings: Settings = DEFAULTS, network: bool = False
+    parts: tuple[Part, ...] = tuple(Part), options: StartOptions = DEFAULTS, network: bool = False
 ) -> list[Child]:
     """The processes to start, with their ROS arguments."""
     environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'} if network else {}
-    return [Child(part.value, command(part, settings), environment) for part in parts]
+    return [Child(part.value, command(part, options), environment) for part in parts]
 
 
-def command(part: Part, settings: Settings) -> list[str]:
+def command(part: Part, options: StartOptions) -> list[str]:
     """The command line of one node; `python -m` also serves a tree that is not installed."""
     arguments = [sys.executable, '-m', MODULES[part], '--ros-args']
-    for path in settings.parameter_files:
+    for path in options.parameter_files:
         arguments += ['--params-file', str(path)]
-    for name, value in settings.overrides(part).items():
+    for name, value in options.overrides(part).items():
         arguments += ['-p', f'{name}:={value}']
     return arguments
 
 
 def parameter_file(path: Path) -> Path:
-    """The absolute path of a ROS parameter file, which every node will read.
+    """The absolute path of a valid ROS parameter file.
 
     Raises:
-        typer.BadParameter: see `parameter_files.checked`.
+        typer.BadParameter: see `parameter_files.validated`.
     """
     try:
-        return checked(path)
+        return validated(path)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint='--params') from None
 
@@ -110,6 +108,10 @@ def parameter_file(path: Path) -> Path:
 def start_cell(
     only: Annotated[
         list[Part] | None, typer.Option(help='Start this part alone; may be repeated.')
+    ] = None,
+    simulate: Annotated[
+        list[SimulatedPart] | None,
+        typer.Option(help='Simulate this part alone, the others are real; may be repeated.'),
     ] = None,
     network: Annotated[
         bool,
@@ -125,7 +127,7 @@ def start_cell(
     ] = None,
     seed: Annotated[int | None, typer.Option(min=0, help='Seed of the simulated cell.')] = None,
     real_time_factor: Annotated[
-        float | None, typer.Option(min=0.0, help='1: as in life; 0: as fast as it goes.')
+        float | None, typer.Option(min=0.0, help='1: real time; 0: as fast as possible.')
     ] = None,
     model: Annotated[
         Path | None,
@@ -146,7 +148,8 @@ def start_cell(
     """Start arm driver, perception and inference; Ctrl-C ends them all."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     parts = tuple(part for part in Part if not only or part in only)
-    settings = Settings(
+    options = StartOptions(
+        tuple(simulate) if simulate else None,
         mode,
         threshold,
         actions,
@@ -156,12 +159,12 @@ def start_cell(
         experience,
         tuple(parameter_file(path) for path in params or ()),
     )
-    supervisor = Supervisor(children(parts, settings, network))
+    supervisor = Supervisor(children(parts, options, network))
     reach = 'the subnet' if network else 'this host only'
     names = ', '.join(part.value for part in parts)
     try:
         with claim(domain, parts):
-            supervisor.say(f'{names} on ROS domain {domain}, {reach}; Ctrl-C ends them.')
+            supervisor.log(f'{names} on ROS domain {domain}, {reach}; Ctrl-C ends them.')
             code = supervisor.run()
     except AlreadyRunningError as error:
         print(error, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""The demo's picture: one row an act, one column a moment, as perception recognised it."""
+"""The demo's picture: a row for each act, with the frames perception annotated."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
-# There is no display.
+# Draw without a display.
 mpl.use('Agg')
 
 from matplotlib import pyplot as plt
@@ -21,25 +21,25 @@ PANEL_WIDTH = 800
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One moment. rgb: (H, W, 3) uint8 with the recognised states drawn in."""
+    """One frame. rgb: (H, W, 3) uint8 with the recognised states drawn in."""
 
     title: str
     rgb: NDArray[np.uint8]
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
-    """One act and its moments in order."""
+class StoryboardRow:
+    """One act and its frames in order."""
 
     title: str
     panels: Sequence[Panel]
 
 
-def draw_storyboard(rows: Sequence[Row], path: Path) -> Path:
+def draw_storyboard(rows: Sequence[StoryboardRow], path: Path) -> Path:
     """Write the acts as a PNG of `len(rows)` rows; returns the path.
 
     Raises:
-        ValueError: without a single panel.
+        ValueError: there is no panel.
     """
     columns = max((len(row.panels) for row in rows), default=0)
     if columns == 0:
@@ -62,7 +62,7 @@ def draw_storyboard(rows: Sequence[Row], path: Path) -> Path:
 
 
 def _around_table(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The picture without its outer rim of floor, at the width of a panel."""
+    """The frame without the floor around the table, at the width of a panel."""
     height, width = rgb.shape[:2]
     rows = slice(round(0.1 * height), round(0.86 * height))
     part = rgb[rows, round(0.1 * width) : round(0.86 * width)]

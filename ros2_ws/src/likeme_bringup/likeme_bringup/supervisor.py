@@ -59,6 +59,9 @@ class Supervisor:
 
     `start`, then `watch` as often as wanted, then `stop`; or `run`, which does all three until a
     child ends or SIGINT, SIGTERM or SIGHUP comes. Also a context manager (start ... stop).
+
+    SIGINT counts also in a background job of a script, which inherits it ignored; SIGHUP does not
+    where it is inherited ignored, as under nohup.
     """
 
     def __init__(
@@ -83,9 +86,9 @@ class Supervisor:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
-    def say(self, sentence: str) -> None:
-        """One line of the supervisor's own."""
-        self._write('cell', sentence, '1')
+    def log(self, message: str) -> None:
+        """Print a line of the supervisor itself."""
+        self._write('cell', message, '1')
 
     def start(self) -> None:
         """Start every child; when one cannot be started, end the others and raise OSError."""
@@ -112,7 +115,7 @@ class Supervisor:
         for step in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             if self._running and step != signal.SIGINT:
                 names = ' and '.join(self._running)
-                self.say(f'{names} did not end within {self.grace:g} s: sending {step.name}.')
+                self.log(f'{names} did not end within {self.grace:g} s: sending {step.name}.')
             for child in self._running.values():
                 child.process.send_signal(step)
             deadline = time.monotonic() + self.grace
@@ -130,7 +133,9 @@ class Supervisor:
         def on_signal(number: int, _: FrameType | None) -> None:
             asked.append(number)
 
-        watched = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        watched = [signal.SIGINT, signal.SIGTERM]
+        if signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+            watched.append(signal.SIGHUP)
         before = {number: signal.signal(number, on_signal) for number in watched}
         # select() is restarted after a handler (PEP 475): a byte in this pipe ends its wait.
         old_wake = signal.set_wakeup_fd(wake_write, warn_on_full_buffer=False)
@@ -142,7 +147,7 @@ class Supervisor:
                 self._turn(None)
                 end = self._ended.pop(0) if self._ended else None
             if end is not None:
-                self.say(f'{end.sentence}; ending the others.')
+                self.log(f'{end.sentence}; ending the others.')
             killed = [e for e in self.stop() if e.code == -signal.SIGKILL]
             return 1 if end is not None or killed else 0
         finally:

@@ -12,15 +12,16 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
+from likeme_arm_sim.simulated_parts import SimulatedPart
 from likeme_bringup.start_cell import (
-    Mode,
     Part,
-    Settings,
+    StartOptions,
     children,
     command,
     executable,
     parameter_file,
 )
+from likeme_core.tabletop import Mode
 
 PACKAGE = Path(__file__).parents[1]
 SOURCES = PACKAGE.parent
@@ -31,19 +32,25 @@ def test_all_three_parts_by_default() -> None:
 
 
 def test_only_the_overridden_parameters_are_passed() -> None:
-    settings = Settings(mode=Mode.GOAL_BASED, threshold=0.25, seed=4, real_time_factor=0.0)
+    settings = StartOptions(mode=Mode.GOAL_BASED, threshold=0.25, seed=4, real_time_factor=0.0)
     assert settings.overrides(Part.ARM) == {'seed': 4, 'real_time_factor': 0.0}
     assert settings.overrides(Part.INFERENCE) == {'mode': 'goal_based', 'help_threshold': 0.25}
-    assert Settings().overrides(Part.INFERENCE) == {}
+    assert StartOptions().overrides(Part.INFERENCE) == {}
 
 
 def test_the_command_line_comes_after_the_parameter_file() -> None:
-    words = command(Part.ARM, Settings(seed=4, parameter_files=(Path('mine.yaml'),)))
+    words = command(Part.ARM, StartOptions(seed=4, parameter_files=(Path('mine.yaml'),)))
     assert words[1:4] == ['-m', 'likeme_arm_sim.arm_driver_node', '--ros-args']
     assert words[4:] == ['--params-file', 'mine.yaml', '-p', 'seed:=4']
 
 
-def test_other_machines_are_left_out_unless_asked_for() -> None:
+def test_the_parts_to_simulate_are_a_list() -> None:
+    options = StartOptions(simulate=(SimulatedPart.CAMERA, SimulatedPart.PERSON))
+    assert options.overrides(Part.ARM) == {'simulate': ['camera', 'person']}
+    assert command(Part.ARM, options)[-1] == "simulate:=['camera', 'person']"
+
+
+def test_discovery_is_local_by_default() -> None:
     assert children()[0].environment == {}
     assert children(network=True)[0].environment == {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
 
@@ -56,7 +63,14 @@ def test_every_part_is_a_module_and_an_entry_point(part: Part) -> None:
 
 
 @pytest.mark.parametrize(
-    'arguments', [['--only', 'legs'], ['--threshold', '1.5'], ['--mode', 'x'], ['--seed', '-1']]
+    'arguments',
+    [
+        ['--only', 'legs'],
+        ['--simulate', 'legs'],
+        ['--threshold', '1.5'],
+        ['--mode', 'x'],
+        ['--seed', '-1'],
+    ],
 )
 def test_wrong_usage_is_refused_before_anything_starts(arguments: list[str]) -> None:
     import typer
@@ -153,9 +167,7 @@ def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) 
         ('/**: {ros__parameters: {moed: direct}}', r"no parameter 'moed'; mode\?"),
     ],
 )
-def test_a_parameter_file_that_no_node_could_read_is_refused(
-    tmp_path: Path, text: str, reason: str
-) -> None:
+def test_an_invalid_parameter_file_is_refused(tmp_path: Path, text: str, reason: str) -> None:
     path = tmp_path / 'mine.yaml'
     path.write_text(text)
     with pytest.raises(typer.BadParameter, match=reason):

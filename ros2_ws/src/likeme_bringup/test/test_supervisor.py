@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import select
 import signal
 import subprocess
@@ -16,9 +17,10 @@ from pathlib import Path
 import psutil
 import pytest
 
+from likeme_bringup import processes
 from likeme_bringup.supervisor import Child, Ended, Supervisor
 
-BOUND = 20.0
+BOUND = 60.0
 # Says its pid, then sleeps; SIGINT ends it with exit code 0.
 PATIENT = """
 import signal, sys, os
@@ -32,6 +34,7 @@ signal.signal(signal.SIGINT, signal.SIG_IGN); signal.signal(signal.SIGTERM, sign
 print('up', os.getpid(), flush=True)
 while True: signal.pause()
 """
+HANDLER = 'import signal; print(signal.getsignal(signal.SIGINT).__name__)'
 
 
 def python(name: str, code: str) -> Child:
@@ -144,16 +147,25 @@ sys.exit(Supervisor(children, grace=20).run())
 """
 
 
-@pytest.fixture
-def running() -> Iterator[tuple[subprocess.Popen[str], list[int]]]:
-    """A supervisor process with two children that have said their pids."""
+@pytest.fixture(params=[()])
+def running(request: pytest.FixtureRequest) -> Iterator[tuple[subprocess.Popen[str], list[int]]]:
+    """A supervisor process with two children that have said their pids.
+
+    The parameter: signals that it inherits ignored.
+    """
     import likeme_bringup
     import likeme_core
 
     roots = [str(Path(each.__file__).parents[1]) for each in (likeme_bringup, likeme_core)]
     environment = os.environ | {'PYTHONPATH': os.pathsep.join(roots)}
+
+    def inherit() -> None:
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, signal.SIG_IGN if number in request.param else signal.SIG_DFL)
+
     process = subprocess.Popen(
         [sys.executable, '-S', '-c', RUNNER, PATIENT],
+        preexec_fn=inherit,
         stdout=subprocess.PIPE,
         text=True,
         env=environment,
@@ -181,6 +193,35 @@ def test_a_signal_ends_all_cleanly(
     os.killpg(process.pid, number)
     assert process.wait(BOUND) == 0
     assert all(gone(pid) for pid in pids)
+
+
+def ignored(pid: int) -> set[signal.Signals]:
+    """The signals that a process ignores."""
+    line = re.search(r'SigIgn:\s+(\w+)', Path(f'/proc/{pid}/status').read_text())
+    assert line is not None
+    mask = int(line[1], 16)
+    return {number for number in signal.Signals if mask >> (number - 1) & 1}
+
+
+@pytest.mark.parametrize('running', [(signal.SIGINT, signal.SIGHUP)], indirect=True)
+def test_inherited_ignored_sigint_ends_all_and_sighup_nothing(
+    running: tuple[subprocess.Popen[str], list[int]],
+) -> None:
+    process, pids = running
+    assert ignored(process.pid) & {signal.SIGINT, signal.SIGHUP} == {signal.SIGHUP}
+    assert all(signal.SIGINT not in ignored(pid) for pid in pids)
+    os.killpg(process.pid, signal.SIGINT)
+    assert process.wait(BOUND) == 0
+    assert all(gone(pid) for pid in pids)
+
+
+def test_a_child_of_a_background_job_can_be_interrupted() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        child = processes.start([sys.executable, '-S', '-c', HANDLER], subprocess.PIPE)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert child.communicate(timeout=BOUND)[0] == b'default_int_handler\n'
 
 
 def test_kill_9_of_the_supervisor_leaves_no_orphan(

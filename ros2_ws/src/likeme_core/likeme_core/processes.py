@@ -42,9 +42,16 @@ def start(
 ) -> subprocess.Popen[bytes]:
     """Start a process without stdin, with stdout and stderr in `out`.
 
-    It has its own process group, so that Ctrl-C reaches this process alone, which then ends it.
+    It has its own process group, so that Ctrl-C reaches this process alone, which then ends it by
+    SIGINT. SIGINT is not inherited as ignored, as it is in a background job of a script.
     environment: added to that of this process.
     """
+    follow_parent = die_with_parent(os.getpid())
+
+    def before_exec() -> None:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        follow_parent()
+
     return subprocess.Popen(
         command,
         env=os.environ | dict(environment or {}),
@@ -52,7 +59,7 @@ def start(
         stdout=out,
         stderr=subprocess.STDOUT,
         process_group=0,
-        preexec_fn=die_with_parent(os.getpid()),
+        preexec_fn=before_exec,
     )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_arm_sim.fitted import FITTED, values
+from likeme_arm_sim.fitted_parameters import FITTED, fitted_values
 from likeme_arm_sim.scene import OBJECTS
 from likeme_core.tabletop import Manner
 from likeme_experiments.physics_fit.deviance import MAX_DEVIANCE, deviance
@@ -146,13 +146,15 @@ def test_trials_are_kept_and_continued(tmp_path: Path) -> None:
     path = tmp_path / 'trials.jsonl'
     seen = [r for r in table_rows() if str(r) == 'chicken LEFT PUSH_LEFT']
     wanted, progress = [0.0, 0.04], list[int]()
-    made = try_levels(path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, progress.append)
+    made = try_levels(
+        path, 0, 'push_gap', wanted, fitted_values(), seen, range(5, 6), 1, progress.append
+    )
     assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
     lines = read(path)
     torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
     path.write_text(torn)
     again = try_levels(
-        path, 0, 'push_gap', wanted, values(), seen, range(5, 6), 1, progress.append
+        path, 0, 'push_gap', wanted, fitted_values(), seen, range(5, 6), 1, progress.append
     )
     assert again == made
     assert sorted(read(path)) == sorted(lines)
@@ -170,5 +172,5 @@ def test_the_table_reports_passing_rows() -> None:
 @pytest.mark.parametrize('name', SHIPPED_ROWS)
 def test_the_shipped_parameters_give_recorded_rows(name: str) -> None:
     row = next(row for row in table_rows() if str(row) == name)
-    entry = evaluate_row(values(), row, 16)
+    entry = evaluate_row(fitted_values(), row, 16)
     assert entry.passes, entry

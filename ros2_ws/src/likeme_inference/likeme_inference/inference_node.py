@@ -1,4 +1,4 @@
-"""The node that believes, decides, acts through the arm, and asks."""
+"""The inference node: goal beliefs, decisions, arm requests, and requests for help."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from likeme_core.observations import TableSnapshot
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
@@ -16,11 +17,17 @@ from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
 from likeme_inference.experience.database import StoreError
 from likeme_inference.help_requests import AnswerRefusedError, HelpRequests
-from likeme_inference.input_sequencer import Input
 from likeme_inference.node_settings import open_experience, read_model, read_settings
 from likeme_inference.ros.diagnostics import SessionDiagnostics
 from likeme_inference.ros.node_parameters import NodeParameters, Values
-from likeme_inference.ros.session_inputs import Hearing
+from likeme_inference.ros.session_inputs import SessionInputs
+from likeme_inference.session_inputs import (
+    InputValue,
+    OperatorAnswer,
+    SessionEvent,
+    apply_input,
+    read_motion,
+)
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import help_request
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -34,35 +41,32 @@ from likeme_inference.tabletop.values import (
     Reply,
 )
 from likeme_msgs.msg import Decision as DecisionMsg
-from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import GoalBelief as GoalBeliefMsg
-from likeme_msgs.msg import Heard, TableState
 from likeme_msgs.msg import Outcome as OutcomeMsg
 from likeme_msgs.srv import AskHuman, ExecuteAction
 
-WATCH_PERIOD = 0.1
-#: What a recorded input other than a topic's message carries.
-HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'message')
+#: s between two checks for an arm or a camera that does not respond.
+TIMEOUT_CHECK_PERIOD = 0.1
 
 
 class InferenceNode(Node):
     """Infers goals from demonstrations, imitates them, and asks for help when it is not sure.
 
     Subscribes:
-        demonstration (Demonstration, reliable 10): what a person showed
-        table_state (TableState, reliable 1): where things are, settled or not
-        hear_again (Heard, reliable 100): what to take in next, while `replayed`
+        demonstration (Demonstration, reliable 10): a human act
+        table_state (TableState, reliable 1): the state of every object
+        hear_again (Heard, reliable 100): the next input, while `replayed`
     Publishes:
         goal_belief (GoalBelief), decision (Decision), outcome (Outcome): each reliable, transient
             local, depth 1
-        heard (Heard, reliable 100): each thing the session took in
+        heard (Heard, reliable 100): acknowledges each input of the session
         /diagnostics (DiagnosticArray): 1 Hz, by the steady clock
     Service:
-        ask_human (AskHuman): list what is pending, answer it
+        ask_human (AskHuman): list pending requests, answer one
     Client:
         arm/execute_action (ExecuteAction): once a decision, never repeated; a further try after
             a miss (sequential mode) is a further decision
-    Parameters, all taken up by the next decision:
+    Parameters, in force from the next decision:
         mode: trajectory, goal_based, interactive or sequential
         policy: direct or explored
         action_budget: actions the sequential mode may spend on one demonstration
@@ -72,15 +76,15 @@ class InferenceNode(Node):
         model_file: path of a model file; empty: the shipped one
         experience_store, learn_from_outcomes, robot: executed imitations are experience too; the
             store and the name are taken at the start
-        replayed: the session starts anew and hears arm and operator from a recording alone, see
-            rehearsal; the arm is never called
+        replayed: a new session whose inputs come from a recording (docs/replay_protocol.md); the
+            arm is never called
         and help_threshold, concentration, turn_timeout, turn_delay, outcome_timeout,
             action_timeout, arm_wait: see node_settings
     """
 
     def __init__(self) -> None:
         super().__init__('inference_node')
-        self._node_parameters = NodeParameters(self, self._judge, self._take_up)
+        self._node_parameters = NodeParameters(self, self._validate, self._apply)
         values = self._node_parameters.values()
         model = read_model(values['model_file'])
         self._proposed_model: RobotModel | None = None
@@ -94,30 +98,27 @@ class InferenceNode(Node):
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
         self._arm = ArmCall(
             self.create_client(ExecuteAction, 'arm/execute_action'),
-            messages.read_motion,
+            read_motion,
             self._on_motion,
             self._on_late_answer,
             values['arm_wait'],
             values['action_timeout'],
         )
         self._health = SessionDiagnostics(self, lambda: self._arm.ready, self._facts)
-        self._hearing = Hearing(self, values['replayed'], self._hear_again)
-        self._hearing.subscribe(
-            Input.DEMONSTRATION, DemonstrationMsg, 'demonstration', self._on_demonstration, 10
-        )
-        self._hearing.subscribe(
-            Input.TABLE_STATE, TableState, 'table_state', self._on_table_state, 1
-        )
+        self._inputs = SessionInputs(
+            self, values['replayed'], self._health, self._apply_input, self._publish,
+            lambda: self._session.last_view,
+        )  # fmt: skip
         self.create_service(AskHuman, 'ask_human', self._on_ask_human)
         self._node_parameters.watch()
-        self.create_timer(WATCH_PERIOD, self._watch, clock=steady_clock())
+        self.create_timer(TIMEOUT_CHECK_PERIOD, self._check_timeouts, clock=steady_clock())
         self.get_logger().info(
             f'I know {", ".join(model.objects)} from {model.label} and imitate in '
             f'{values["mode"]} mode. Show me something.'
         )
 
-    def _judge(self, values: Values, changed: set[str]) -> None:
-        """Refuse what makes no sense, now or at all.
+    def _validate(self, values: Values, changed: set[str]) -> None:
+        """Refuse invalid values, or values that cannot change now.
 
         Raises:
             ValueError: saying why.
@@ -132,11 +133,11 @@ class InferenceNode(Node):
             raise ValueError('Expected the model_file to stay while experience is added to it.')
         self._proposed_model = read_model(values['model_file'])
 
-    def _take_up(self, values: Values, changed: set[str]) -> None:
+    def _apply(self, values: Values, changed: set[str]) -> None:
         self._session.settings = read_settings(values)
         self._arm.arm_wait, self._arm.action_timeout = values['arm_wait'], values['action_timeout']
         if 'replayed' in changed:
-            self._begin_anew(values['replayed'])
+            self._restart(values['replayed'])
         if self._proposed_model is not None:
             self._session.model, self._proposed_model = self._proposed_model, None
             model, place = self._session.model, values['model_file']
@@ -146,48 +147,35 @@ class InferenceNode(Node):
                 + '.'
             )
 
-    def _begin_anew(self, replayed: bool) -> None:
+    def _restart(self, replayed: bool) -> None:
         self._session = ImitationSession(self._session.model, self._session.settings)
         self._desk = HelpRequests()
         self._health.counts.clear()
-        self._hearing.begin(replayed)
+        self._inputs.restart(replayed)
 
-    def _on_demonstration(self, msg: DemonstrationMsg) -> None:
-        try:
-            demo = messages.read_demonstration(msg, self._session.model.objects)
-        except ValueError as error:
-            self._health.drop('demonstrations', error)
-            self._heard(Input.DEMONSTRATION, header=msg.header, refused=True)
-            return
-        self._health.counts['demonstrations'] += 1
-        self._tell(self._session.observe_demonstration(demo))
-        self._tell(self._session.look_again())
-        self._heard(Input.DEMONSTRATION, header=msg.header)
+    def _apply_input(self, value: InputValue) -> list[SessionEvent]:
+        """Apply an input to the session.
 
-    def _on_table_state(self, msg: TableState) -> None:
-        try:
-            view = messages.read_table(msg)
-        except ValueError as error:
-            self._health.drop('table states', error)
-            self._heard(Input.TABLE_STATE, header=msg.header, refused=True)
-            return
-        if view.stamp > self._session.last_view:
+        Raises:
+            ValueError: it is refused.
+        """
+        if isinstance(value, TableSnapshot) and value.stamp > self._session.last_view:
             self._health.camera_heard()
-        self._health.counts['table states'] += 1
-        self._tell(self._session.look(view))
-        self._heard(Input.TABLE_STATE, header=msg.header)
+        events = apply_input(self._session, value)
+        if self._inputs.replayed and isinstance(value, OperatorAnswer):
+            assert self._session.decision is not None, 'An answer needs a question.'
+            self._desk.answer(self._session.decision.id, value.reply, value.answered_by)
+        return events
 
-    def _tell(self, event: GoalBelief | Decision | Outcome | Remark | None) -> None:
-        """Publish what the session came to, say it, and set about it."""
-        if event is None:
-            return
+    def _publish(self, event: SessionEvent) -> None:
+        """Publish and log an event of the session, and carry out a decision."""
         if isinstance(event, GoalBelief):
             self._belief_pub.publish(messages.belief_msg(event))
         elif isinstance(event, Decision):
             self._decision_pub.publish(messages.decision_msg(event))
             self._health.counts['decisions'] += 1
         elif isinstance(event, Outcome):
-            # Kept before it is told: whoever hears of it may stop this node.
+            # Stored before it is published: a subscriber may stop this node.
             self._learn(event)
             self._outcome_pub.publish(messages.outcome_msg(event))
             self._health.counts[f'outcomes {event.result.name}'] += 1
@@ -202,7 +190,7 @@ class InferenceNode(Node):
     def _learn(self, outcome: Outcome) -> None:
         """Keep what was done in earnest, and decide by it from now on."""
         decision = self._session.decision
-        learns = self._learns and not self._hearing.replayed
+        learns = self._learns and not self._inputs.replayed
         if self._experience is None or decision is None or not learns:
             return
         try:
@@ -225,7 +213,7 @@ class InferenceNode(Node):
         The time to start in counts from the newest table state: camera and arm share their clock,
         be it simulated or not, and what was seen too long ago is nothing to act on.
         """
-        if self._hearing.replayed:
+        if self._inputs.replayed:
             return
         action = decision.action
         assert action is not None, 'Only actions are executed.'
@@ -239,12 +227,11 @@ class InferenceNode(Node):
     def _on_motion(self, report: MotionReport) -> None:
         self._health.camera_heard()
         if report.outcome is not None:
-            self.get_logger().info(f'The arm says: {report.message}')
-        self._tell(self._session.motion_finished(report))
-        self._heard(Input.MOTION, **messages.motion_fields(report))
+            self.get_logger().info(f'The arm reports: {report.message}')
+        self._inputs.motion(report)
 
     def _on_late_answer(self, report: MotionReport) -> None:
-        self.get_logger().warning(f'Too late, ignored: the arm says: {report.message}')
+        self.get_logger().warning(f'Late report of the arm ignored: {report.message}')
         self._health.counts['late answers ignored'] += 1
 
     def _on_ask_human(
@@ -266,56 +253,33 @@ class InferenceNode(Node):
             raise AnswerRefusedError(
                 f'Expected command 0 LIST or 1 ANSWER, got {request.command}.'
             )
-        if self._hearing.replayed:
+        if self._inputs.replayed:
             raise AnswerRefusedError('This is a replay: the recorded operator answers.')
         answer = self._desk.answer(request.request_id, request.answer, request.answered_by)
         self._health.camera_heard()
         self.get_logger().info(answer.sentence)
-        self._tell(self._session.answered(answer.reply))
-        self._heard(Input.ANSWER, answer=int(answer.reply), message=answer.answered_by)
+        self._inputs.answer(OperatorAnswer(answer.reply, answer.answered_by))
         if answer.reply is Reply.TRY_ANYWAY and self._session.decision is not None:
             self._act(self._session.decision)
         return answer.sentence
 
-    def _watch(self) -> None:
-        """Give up an arm or a camera that is not heard of in time."""
-        if self._hearing.replayed:
+    def _check_timeouts(self) -> None:
+        """Give up an arm or a camera that does not respond in time."""
+        if self._inputs.replayed:
             return
         self._arm.poll(time.monotonic())
         late = self._health.silence > self._session.settings.outcome_timeout
         if self._session.phase is Phase.CONFIRMING and late:
-            self._tell(self._session.nothing_seen())
-            self._heard(Input.SILENCE)
-
-    def _heard(self, kind: Input, **fields: Any) -> None:
-        events = self._health.counts['events']
-        self._hearing.announce(kind, self._session.last_view, events, **fields)
-
-    def _hear_again(self, kind: Input, said: Heard) -> None:
-        """Hear what arm or operator said in the recorded run, or that nobody did."""
-        fields = {name: getattr(said, name) for name in HEARD_FIELDS}
-        try:
-            if kind is Input.MOTION:
-                self._tell(self._session.motion_finished(messages.heard_motion(said)))
-            elif kind is Input.SILENCE:
-                self._tell(self._session.nothing_seen())
-            elif kind is Input.ANSWER:
-                self._tell(self._session.answered(messages.heard_reply(said)))
-                assert self._session.decision is not None, 'An answer needs a question.'
-                self._desk.answer(self._session.decision.id, said.answer, said.message or '?')
-        except ValueError as error:
-            self.get_logger().warning(f'The recording does not fit what came of it here: {error}')
-            fields['refused'] = True
-        self._heard(kind, **fields)
+            self._inputs.silence()
 
     def _facts(self) -> dict[str, Any]:
-        """What /diagnostics tells beside the counts."""
+        """What /diagnostics reports beside the counts."""
         return {
             'phase': self._session.phase.name,
             'mode': self._session.settings.mode,
             'model': self._session.model.label,
             'pending requests': len(self._desk.pending),
-            'inputs': self._hearing.inputs,
+            'inputs': self._inputs.count,
         }
 
 

@@ -92,6 +92,7 @@ def open_experience(values: Mapping[str, Any], learned: RobotModel) -> Imitation
     except PackageNotFoundError:
         software = 'not installed'
     store = ExperienceStore(values['experience_store'], lock_timeout=LOCK_TIMEOUT)
+    store.check_writable()
     return ImitationExperience(store, values['robot'], software, learned)
 
 

@@ -14,6 +14,7 @@ from likeme_core.ros.time import stamp_ns
 from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference import messages
 from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.session_inputs import read_demonstration
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.imitation import ImitationSettings, believe, decide
@@ -42,7 +43,7 @@ class Listener:
 
 def expected_decision(demo: Demonstration, mode: Mode, got: Decision) -> Decision:
     """Ask the library for its decision on the same demonstration and table."""
-    value = messages.read_demonstration(demo, shipped().objects)
+    value = read_demonstration(demo)
     stamp = stamp_ns(got.header.stamp)
     view = TableSnapshot(stamp, got.header.frame_id, True, {demo.object: value.x_i})
     return messages.decision_msg(
@@ -83,7 +84,7 @@ def test_twelve_demonstrations(tmp_path: Path, mode: Mode) -> None:
                 assert answer(graph, decision.id, AskHuman.Request.DONE_BY_HAND).success
             outcome = graph.until(lambda: heard.outcomes, 10, 'an outcome').pop()
 
-            value = messages.read_demonstration(demo, shipped().objects)
+            value = read_demonstration(demo)
             assert belief == messages.belief_msg(believe(shipped(), ImitationSettings(), value))
             assert decision == expected_decision(demo, mode, decision)
             # Once, the pear is worth asking for; with three actions it is worth trying.
@@ -137,7 +138,7 @@ def test_policy_prior_and_soft_evidence_reach_the_decision(tmp_path: Path, polic
         camera.send(demo)
         got = graph.until(lambda: len(heard.beliefs) == 2 and heard.beliefs[1], 20, 'two beliefs')
 
-        value = messages.read_demonstration(demo, shipped().objects)
+        value = read_demonstration(demo)
         model = shipped().goal_model('lemon', policy=policy, concentration=0.09)
         settings = ImitationSettings(policy=policy, concentration=0.09)
         assert got == messages.belief_msg(believe(shipped(), settings, value))

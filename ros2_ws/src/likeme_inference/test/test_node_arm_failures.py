@@ -63,7 +63,7 @@ def test_a_late_answer_is_ignored_and_the_next_decision_works(tmp_path: Path) ->
         let_act(graph, camera)
         outcome = graph.until(lambda: outcomes, 5, 'ARM_FAILED').pop()
         arm.may_answer.set()
-        graph.until(lambda: 'Too late, ignored' in node.said, 5, 'a log line')
+        graph.until(lambda: 'Late report of the arm ignored' in node.said, 5, 'a log line')
         camera.states['chicken'] = int(R)
         let_act(graph, camera)
         second = graph.until(lambda: outcomes, 5, 'a second outcome').pop()

@@ -1,4 +1,4 @@
-"""A node that is replayed: inputs at their cue, words from the recording, and a still arm."""
+"""A replayed node: inputs in the recorded order, recorded reports, no motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from graph import LATCHED, Graph
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.tabletop import Manner, Mode, State
-from likeme_inference.input_sequencer import Input
+from likeme_inference.session_inputs import InputKind
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.values import Result
 from likeme_msgs.msg import Decision, Heard, Outcome, TableState
@@ -26,24 +26,24 @@ pytestmark = pytest.mark.graph
 SECOND = 1_000_000_000
 
 
-class Prompter:
-    """Gives cues and waits for each to be acknowledged."""
+class Replay:
+    """Sends inputs and waits for each to be acknowledged."""
 
     def __init__(self, graph: Graph) -> None:
         self._graph = graph
         self.heard: list[Heard] = graph.collect(Heard, 'heard', QoSProfile(depth=100))
         self._pub = graph.publisher(Heard, 'hear_again', 100)
 
-    def cue(self, kind: Input, stamp: int, **said: Any) -> Heard:
+    def send(self, kind: InputKind, stamp: int, **fields: Any) -> Heard:
         count = len(self.heard)
         header = Header(stamp=time_msg(stamp), frame_id='camera')
-        self._pub.publish(Heard(header=header, kind=int(kind), **said))
-        self._graph.until(lambda: len(self.heard) > count, 10, f'{kind.name} to be heard')
+        self._pub.publish(Heard(header=header, kind=int(kind), **fields))
+        self._graph.until(lambda: len(self.heard) > count, 10, f'{kind.name} to be acknowledged')
         assert self.heard[-1].kind == kind
         return self.heard[-1]
 
 
-def test_a_replayed_session_hears_the_recording_and_moves_nothing(tmp_path: Path) -> None:
+def test_a_replayed_session_applies_recorded_inputs_and_moves_nothing(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         graph.start('likeme_inference.inference_node', mode=str(Mode.GOAL_BASED), replayed=True)
         camera = Camera(graph)
@@ -51,37 +51,39 @@ def test_a_replayed_session_hears_the_recording_and_moves_nothing(tmp_path: Path
         arm = Arm(graph, camera)
         decisions = graph.collect(Decision, 'decision', LATCHED)
         outcomes = graph.collect(Outcome, 'outcome', LATCHED)
-        prompter = Prompter(graph)
+        replay = Replay(graph)
 
         def table(seconds: int, state: State) -> None:
             camera.states['chicken'], camera.stamp = int(state), seconds * SECOND - SECOND // 10
             camera.publish()
-            prompter.cue(Input.TABLE_STATE, seconds * SECOND)
+            replay.send(InputKind.TABLE_STATE, seconds * SECOND)
 
         table(10, State.LEFT)
         act = demonstration('chicken', State.RIGHT, State.LEFT, Manner.PLACE)
         act.header.stamp = time_msg(10 * SECOND)
         camera.send(act)
-        assert prompter.cue(Input.DEMONSTRATION, 10 * SECOND).events == 2
+        assert replay.send(InputKind.DEMONSTRATION, 10 * SECOND).events == 2
         table(11, State.RIGHT)
         table(12, State.RIGHT)
         graph.until(lambda: len(decisions) == 2, 10, 'the decision to act')
         assert decisions[-1].kind == Kind.EXECUTE
-        # The camera has been silent for ever by the wall clock, which must not matter.
+        # No new table state for long by the wall clock, which must not matter.
         motion = {
             'motion_outcome': int(MotionOutcome.COMPLETED),
             'finished': time_msg(13 * SECOND),
         }
-        assert not prompter.cue(Input.MOTION, 12 * SECOND, message='Done then.', **motion).refused
+        assert not replay.send(
+            InputKind.MOTION, 12 * SECOND, message='Done then.', **motion
+        ).refused
         table(14, State.LEFT)
         (outcome,) = graph.until(lambda: outcomes, 10, 'the outcome')
         assert (outcome.result, stamp_ns(outcome.header.stamp)) == (Result.REACHED, 14 * SECOND)
         assert arm.requests == []
-        # Words that do not fit change nothing and say so.
-        assert prompter.cue(Input.ANSWER, 14 * SECOND, answer=0, message='Ada').refused
+        # An input that does not fit the session is refused.
+        assert replay.send(InputKind.ANSWER, 14 * SECOND, answer=0, message='Ada').refused
 
 
-def test_a_question_is_the_recorded_operators_and_a_new_session_begins_with_the_end(
+def test_a_replayed_session_refuses_the_operator_and_ends_with_a_new_session(
     tmp_path: Path,
 ) -> None:
     with Graph(tmp_path) as graph:
@@ -102,5 +104,5 @@ def test_a_question_is_the_recorded_operators_and_a_new_session_begins_with_the_
             graph.during(0.1)
             return bool(heard)
 
-        graph.until(taken_live, 10, 'a table state without a cue')
-        assert heard[0].kind == Input.TABLE_STATE
+        graph.until(taken_live, 10, 'a table state of the live session')
+        assert heard[0].kind == InputKind.TABLE_STATE

@@ -14,8 +14,8 @@ import yaml
 from numpy.typing import NDArray
 
 from likeme_perception.colour import ColourComponent, LogDensity, mixture_log_density, mixture_of
-from likeme_perception.config import yaml_mapping
 from likeme_perception.top_view import Shape
+from likeme_perception.typed_values import number, read_text, require, triple, yaml_mapping
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def load_catalogue(path: Path | None = None) -> Catalogue:
     text = (
         (files('likeme_perception') / 'data' / 'catalogue.yaml').read_text()
         if path is None
-        else path.read_text()
+        else read_text(path)
     )
     entries = yaml_mapping(text, path).get('objects')
     if not isinstance(entries, dict):
@@ -92,23 +92,24 @@ def load_catalogue(path: Path | None = None) -> Catalogue:
 
 
 def _entry_from(name: str, value: Any) -> CatalogueObject:
-    _require(name, {'colour', 'length', 'width', 'height', 'area'}, value)
-    for part in value['colour']:
-        _require(f'colour of {name}', {'weight', 'mean', 'deviation'}, part)
-    parts = tuple(
-        ColourComponent(float(p['weight']), tuple(p['mean']), tuple(p['deviation']))
-        for p in value['colour']
-    )
-    size = (float(value[key]) for key in ('length', 'width', 'height', 'area'))
-    return CatalogueObject(name, parts, *size)
+    sizes = ('length', 'width', 'height', 'area')
+    entry = require(name, {'colour', *sizes}, value)
+    for key in sizes:
+        if not 0 < number(f'{key} of {name}', entry[key]) < np.inf:
+            raise ValueError(f'Expected {key} of {name} above 0, got {entry[key]}.')
+    if not isinstance(entry['colour'], list) or not entry['colour']:
+        raise ValueError(f'Expected colour of {name} as a list, got {entry["colour"]!r:.40}.')
+    parts = tuple(_colour_from(f'colour of {name}', part) for part in entry['colour'])
+    return CatalogueObject(name, parts, *(float(entry[key]) for key in sizes))
 
 
-def _require(name: str, keys: set[str], value: Any) -> None:
-    if not isinstance(value, dict):
-        raise ValueError(f'Expected "key: value" for {name!r}, got {value!r}.')
-    missing = keys - set(value)
-    if missing:
-        raise ValueError(f'Expected {sorted(missing)[0]!r} of {name!r}, got {sorted(value)}.')
+def _colour_from(name: str, value: Any) -> ColourComponent:
+    part = require(name, {'weight', 'mean', 'deviation'}, value)
+    weight = number(f'weight in {name}', part['weight'])
+    if not 0 <= weight < np.inf:
+        raise ValueError(f'Expected weight in {name} of 0 or more, got {weight:g}.')
+    mean, deviation = (triple(f'{key} in {name}', part[key]) for key in ('mean', 'deviation'))
+    return ColourComponent(weight, mean, deviation)
 
 
 def catalogue_yaml(catalogue: Catalogue) -> str:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from likeme_core.geometry import Rectangle
+from likeme_perception.typed_values import (
+    flag,
+    number,
+    numbers,
+    read_text,
+    text,
+    texts,
+    triple,
+    whole_number,
+    yaml_mapping,
+)
 
 SIDES = ('near', 'far', 'left', 'right')
 
@@ -131,43 +142,40 @@ def config_from(
     values: Mapping[str, Any], base: PerceptionConfig | None = None
 ) -> PerceptionConfig:
     """A configuration with some values changed; rectangles as [x_min, x_max, y_min, y_max]."""
-    known = {field.name for field in fields(PerceptionConfig)}
-    unknown = sorted(set(values) - known)
+    types = get_type_hints(PerceptionConfig)
+    unknown = sorted(set(values) - set(types))
     if unknown:
-        raise ValueError(f'Expected settings among {sorted(known)}, got {unknown[0]!r}.')
-    changes: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
-    }
-    for name in ('table', 'work_area'):
-        if changes.get(name) is not None:
-            changes[name] = _rectangle(name, changes[name])
+        raise ValueError(f'Expected settings among {sorted(types)}, got {unknown[0]!r}.')
+    changes = {name: _READERS[types[name]](name, value) for name, value in values.items()}
     return replace(base or PerceptionConfig(), **changes)
 
 
 def load_config(path: Path) -> PerceptionConfig:
     """Read a configuration from a YAML file with the values that differ from the defaults."""
-    return config_from(yaml_mapping(path.read_text(), path))
+    config = config_from(yaml_mapping(read_text(path), path))
+    # Raises for an invalid pose.
+    config.camera_pose()
+    return config
 
 
-def yaml_mapping(text: str, source: Path | None) -> dict[str, Any]:
-    """The mapping in a YAML text, possibly empty; source: file named in errors.
-
-    Raises:
-        ValueError: it is not a mapping.
-    """
-    try:
-        values = yaml.safe_load(text) or {}
-    except yaml.YAMLError as error:
-        reason = ' '.join(str(error).split())
-        raise ValueError(f'Expected YAML in {source}, got {reason}.') from error
-    if not isinstance(values, dict):
-        raise ValueError(f'Expected "name: value" in {source}, got {type(values).__name__}.')
-    return values
-
-
-def _rectangle(name: str, value: Any) -> Rectangle:
-    if isinstance(value, Rectangle):
+def _rectangle(name: str, value: Any) -> Rectangle | None:
+    if value is None or isinstance(value, Rectangle):
         return value
-    if len(value) != 4:
-        raise ValueError(f'Expected {name} as 4 numbers, got {len(value)}.')
-    return Rectangle(*(float(v) for v in value))
+    return Rectangle(*numbers(name, value, 4))
+
+
+def _position(name: str, value: Any) -> tuple[float, float, float] | None:
+    return None if value is None else triple(name, value)
+
+
+#: How a value of each type of field is read.
+_READERS: dict[Any, Callable[[str, Any], Any]] = {
+    bool: flag,
+    int: whole_number,
+    float: number,
+    str: text,
+    tuple[str, ...]: texts,
+    tuple[float, float, float] | None: _position,
+    tuple[float, float, float, float]: partial(numbers, count=4),
+    Rectangle | None: _rectangle,
+}

@@ -19,6 +19,7 @@ from likeme_perception.observation_report import json_report, text_report
 from likeme_perception.overlay import draw
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
+from likeme_perception.typed_values import json_mapping, number, read_text, require
 
 # Stamps of the repeated frame are this far apart, ns.
 _PERIOD = 100_000_000
@@ -37,10 +38,38 @@ def read_frame(colour: Path, depth: Path) -> RgbdFrame:
 
 
 def _image(path: Path, flags: int) -> NDArray[Any]:
-    image = cv2.imread(str(path), flags)
+    try:
+        image = cv2.imread(str(path), flags)
+    except cv2.error:
+        # Of a size that OpenCV refuses.
+        image = None
     if image is None:
         raise ValueError(f'Expected an image, got {path}.')
     return image
+
+
+def check_image_name(path: Path) -> None:
+    """Refuse a place where no image can be written, before the work.
+
+    Raises:
+        ValueError: no such folder, or an ending that stands for no image format.
+    """
+    if path.is_dir() or not path.parent.is_dir():
+        got = 'a folder' if path.is_dir() else f'no folder {path.parent}'
+        raise ValueError(f'Expected {path} to be a file in a folder, got {got}.')
+    if not path.suffix or not cv2.haveImageWriter(str(path)):
+        raise ValueError(f'Expected an image format like .png or .jpg, got {path.name!r}.')
+
+
+def write_image(path: Path, rgb: NDArray[np.uint8]) -> None:
+    """Write an image; check_image_name has been asked.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    path.touch()
+    if not cv2.imwrite(str(path), rgb[:, :, ::-1]):
+        raise OSError(f'Expected {path} to be written, got nothing: is the disk full?')
 
 
 def read_intrinsics(path: Path | None, shape: tuple[int, ...]) -> Intrinsics:
@@ -50,11 +79,11 @@ def read_intrinsics(path: Path | None, shape: tuple[int, ...]) -> Intrinsics:
         return Intrinsics(
             525 * scale, 525 * scale, (shape[1] - 1) / 2, (shape[0] - 1) / 2, shape[1], shape[0]
         )
-    values = json.loads(path.read_text())
-    missing = {'fx', 'fy', 'cx', 'cy'} - set(values)
-    if missing:
-        raise ValueError(f'Expected {sorted(missing)[0]!r} in {path}, got {sorted(values)}.')
-    fx, fy, cx, cy = (float(values[k]) for k in ('fx', 'fy', 'cx', 'cy'))
+    names = ('fx', 'fy', 'cx', 'cy')
+    values = require(str(path), set(names), json_mapping(read_text(path), path))
+    fx, fy, cx, cy = (number(f'{name} in {path}', values[name]) for name in names)
+    if not np.isfinite((fx, fy, cx, cy)).all():
+        raise ValueError(f'Expected a finite camera in {path}, got {fx:g} {fy:g} {cx:g} {cy:g}.')
     return Intrinsics(fx, fy, cx, cy, shape[1], shape[0])
 
 
@@ -86,6 +115,9 @@ def aligned(background: RgbdFrame, frame: RgbdFrame) -> tuple[RgbdFrame, float]:
     noise. Fits z_frame = a z + b u + c v + d by least squares to the half of the pixels with the
     smallest residuals; the deviation is a robust estimate over all.
     """
+    if background.depth.shape != frame.depth.shape:
+        size, got = ('x'.join(map(str, f.depth.shape)) for f in (frame, background))
+        raise ValueError(f'Expected a background of {size}, got {got}.')
     rows, columns = np.indices(frame.depth.shape)
     terms = np.stack([background.depth, columns / 640, rows / 640, np.ones_like(frame.depth)], -1)
     both = np.isfinite(background.depth) & np.isfinite(frame.depth)
@@ -164,6 +196,8 @@ def look(
 ) -> None:
     """Detect the objects on a table in a colour and a depth image."""
     try:
+        if out is not None:
+            check_image_name(out)
         frame = read_frame(color, depth)
         if (background_color is None) != (background_depth is None):
             raise ValueError('Expected both --background-color and --background-depth, got one.')
@@ -174,16 +208,15 @@ def look(
         known = load_catalogue(catalogue) if catalogue else None
         settings = load_config(config) if config else None
         table, perception = look_at(frame, camera, empty, settings, known)
+        if out is not None and perception.background is not None:
+            regions = perception.regions if settings is not None else None
+            write_image(out, draw(frame.rgb, table, perception.background.view, regions))
         if learn:
             typer.echo(_learned_entry(learn, frame, table, perception), nl=False)
             return
     except (ValueError, OSError) as error:
         typer.echo(f'look: {error}', err=True)
         raise typer.Exit(1) from error
-    if out is not None and perception.background is not None:
-        regions = perception.regions if settings is not None else None
-        image = draw(frame.rgb, table, perception.background.view, regions)
-        cv2.imwrite(str(out), image[:, :, ::-1])
     typer.echo(json.dumps(json_report(table), indent=1) if as_json else text_report(table))
 
 

@@ -9,44 +9,20 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Point
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from likeme_core.observations import Demonstration
 from likeme_core.regions import Regions
 from likeme_core.ros.diagnostics import diagnostics_msg
-from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_core.ros.time import time_msg
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import FrameDone, ObjectState, TableState
+from likeme_perception.demonstration_fields import demonstration_fields
 from likeme_perception.frame_counts import FrameRate
 from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.overlay import STATE_COLOURS
-from likeme_perception.rgbd import Intrinsics, RgbdFrame, decode_depth, decode_rgb
-
-
-def frame_of(colour: Image, depth: Image) -> RgbdFrame:
-    """The frame of a pair of images, with the depth image's stamp.
-
-    Raises:
-        ValueError: an encoding is not supported, or the sizes differ.
-    """
-    rgb = decode_rgb(colour.data, colour.encoding, colour.height, colour.width, colour.step)
-    metres = decode_depth(
-        depth.data, depth.encoding, depth.height, depth.width, depth.step, bool(depth.is_bigendian)
-    )
-    return RgbdFrame(stamp_ns(depth.header.stamp), depth.header.frame_id, rgb, metres)
-
-
-def intrinsics_of(info: CameraInfo) -> Intrinsics:
-    """Intrinsics of a rectified camera, from P, or from K if P is not set."""
-    k = info.p if info.p[0] > 0 else None
-    fx, cx, fy, cy = (
-        (k[0], k[2], k[5], k[6]) if k is not None else (info.k[0], info.k[2], info.k[4], info.k[5])
-    )
-    return Intrinsics(
-        float(fx), float(fy), float(cx), float(cy), int(info.width), int(info.height)
-    )
 
 
 def table_state(table: TableObservation, header: Header, reference_frame: str) -> TableState:
@@ -84,19 +60,8 @@ def object_state(seen: ObjectObservation) -> ObjectState:
 
 def demonstration(act: Demonstration, header: Header) -> DemonstrationMsg:
     """Demonstration with the header of the depth image that completed it."""
-    return DemonstrationMsg(
-        header=header,
-        object=act.object,
-        x_i=int(act.x_i),
-        x_f=int(act.x_f),
-        x_i_probability=list(act.x_i_probability),
-        x_f_probability=list(act.x_f_probability),
-        manner=int(act.manner),
-        manner_probability=act.manner_probability,
-        rise=act.rise,
-        start=time_msg(act.start),
-        end=time_msg(act.end),
-    )
+    times = {'start': time_msg(act.start), 'end': time_msg(act.end)}
+    return DemonstrationMsg(header=header, **(demonstration_fields(act) | times))
 
 
 def frame_read(table: TableObservation, header: Header) -> FrameDone:
@@ -107,6 +72,11 @@ def frame_read(table: TableObservation, header: Header) -> FrameDone:
         table_state=table.learned,
         demonstrations=len(table.demonstrations),
     )
+
+
+def frame_rejected(sentence: str, header: Header) -> FrameDone:
+    """FrameDone of a frame that was not read."""
+    return FrameDone(header=header, kind=FrameDone.REFUSED, reason=sentence)
 
 
 def image_message(rgb: np.ndarray, header: Header) -> Image:

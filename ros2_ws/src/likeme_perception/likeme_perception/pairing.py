@@ -1,13 +1,13 @@
-"""Colour and depth images paired by stamp, and stamps that run backwards told from a new start."""
+"""Pairing of colour and depth images by stamp, and detection of stamps that start again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
-T = TypeVar('T')
+from likeme_core.stamps import SECOND
 
-SECOND = 1_000_000_000
+T = TypeVar('T')
 
 
 class StampPairing(Generic[T]):
@@ -19,13 +19,13 @@ class StampPairing(Generic[T]):
         self._keep = keep
         self._waiting: tuple[dict[int, T], dict[int, T]] = ({}, {})
         self.unpaired = 0
-        # Items that no partner came for at all: the other stream is missing, or stamped otherwise.
+        # Items for which no partner came: the other stream is missing, or stamped differently.
         self.alone = 0
 
     def add(self, stream: int, item: T) -> tuple[T, T] | None:
-        """Take an item of stream 0 or 1; the pair (0, 1) it completes.
+        """Add an item of stream 0 or 1; returns the pair (0, 1) that it completes.
 
-        Everything older than the pair is given up: the newest counts.
+        Items older than the pair are dropped.
         """
         stamp = self._stamp_of(item)
         other = self._waiting[1 - stream]
@@ -34,7 +34,7 @@ class StampPairing(Generic[T]):
             self._wait(stream, stamp, item)
             return None
         partner = other.pop(nearest)
-        self._forget(max(stamp, nearest))
+        self._drop_up_to(max(stamp, nearest))
         return (item, partner) if stream == 0 else (partner, item)
 
     def _wait(self, stream: int, stamp: int, item: T) -> None:
@@ -45,7 +45,7 @@ class StampPairing(Generic[T]):
             self.unpaired += 1
             self.alone += 1
 
-    def _forget(self, stamp: int) -> None:
+    def _drop_up_to(self, stamp: int) -> None:
         for waiting in self._waiting:
             for old in [s for s in waiting if s <= stamp]:
                 del waiting[old]
@@ -53,27 +53,27 @@ class StampPairing(Generic[T]):
 
 
 class StampOrder:
-    """Lets stamps pass that go up, and notices when a stream has started anew.
+    """Accepts increasing stamps and detects that a stream has started again.
 
     A single older frame is late. Many in a row, or two jumps back by more than a second, are a
-    simulation or a recording that began again.
+    simulation or a recording that started again.
     """
 
-    def __init__(self, patience: int = 30, jump: float = 1.0) -> None:
-        self._patience = patience
+    def __init__(self, late_frames: int = 30, jump: float = 1.0) -> None:
+        self._late_frames = late_frames
         self._jump = int(jump * SECOND)
         self._last: int | None = None
         self._older = 0
         self._jumps = 0
 
-    def take(self, stamp: int) -> str:
-        """Say 'new' for a frame to use, 'older' for one to drop, 'restart' for a new start."""
+    def classify(self, stamp: int) -> str:
+        """Returns 'new' for a frame to use, 'older' for one to drop, 'restart' for a new start."""
         if self._last is None or stamp > self._last:
             self._accept(stamp)
             return 'new'
         self._older += 1
         self._jumps += self._last - stamp > self._jump
-        if self._older < self._patience and self._jumps < 2:
+        if self._older < self._late_frames and self._jumps < 2:
             return 'older'
         self._accept(stamp)
         return 'restart'

@@ -33,18 +33,23 @@ def test_an_endless_stream_of_single_images_is_not_kept() -> None:
 
 def test_an_older_frame_is_dropped_and_time_goes_on() -> None:
     order = StampOrder()
-    assert [order.take(s * MS) for s in (1000, 1033, 1020, 1033, 1066)] == [
+    assert [order.classify(s * MS) for s in (1000, 1033, 1020, 1033, 1066)] == [
         'new', 'new', 'older', 'older', 'new',
     ]  # fmt: skip
 
 
 def test_two_jumps_back_by_more_than_a_second_are_a_new_start() -> None:
     order = StampOrder()
-    assert [order.take(s * MS) for s in (9000, 33, 66, 100)] == ['new', 'older', 'restart', 'new']
+    assert [order.classify(s * MS) for s in (9000, 33, 66, 100)] == [
+        'new',
+        'older',
+        'restart',
+        'new',
+    ]
 
 
 def test_many_older_frames_in_a_row_are_a_new_start() -> None:
-    order = StampOrder(patience=30)
-    order.take(900 * MS)
-    taken = [order.take((10 * k + 1) * MS) for k in range(31)]
+    order = StampOrder(late_frames=30)
+    order.classify(900 * MS)
+    taken = [order.classify((10 * k + 1) * MS) for k in range(31)]
     assert taken == ['older'] * 29 + ['restart', 'new']

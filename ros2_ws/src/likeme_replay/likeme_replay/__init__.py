@@ -1,1 +1,1 @@
-"""Demonstrations on record: recording them, playing them again, and the log of what came of it."""
+"""Recording and replaying the ROS graph; the decision log."""

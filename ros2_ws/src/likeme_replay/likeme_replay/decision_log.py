@@ -1,8 +1,8 @@
 """The decision log: one line of JSON for each demonstration, belief, decision and outcome.
 
-The same events give the same bytes: keys in the order of the messages' fields, times as integer
-nanoseconds, numbers to nine significant digits (so that the last bits of another processor's
-arithmetic do not show), NaN as null. Nothing of the wall clock or of a machine is in it.
+Equal events give equal bytes: keys in the order of the messages' fields, times as integer
+nanoseconds, numbers to nine significant digits (the last bits depend on the processor), NaN as
+null. Neither the wall clock nor the machine is in it.
 """
 
 from __future__ import annotations
@@ -13,11 +13,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
 from typing import Any, NamedTuple
 
-DIGITS = 9
+from likeme_core.observations import Demonstration
+from likeme_inference.event_fields import belief_fields, decision_fields, outcome_fields
+from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome
+from likeme_perception.demonstration_fields import demonstration_fields
+
+SIGNIFICANT_DIGITS = 9
 
 
-class Event(StrEnum):
-    """What has a line."""
+class LogEvent(StrEnum):
+    """Events with a line in the log."""
 
     DEMONSTRATION = 'demonstration'
     BELIEF = 'belief'
@@ -25,41 +30,54 @@ class Event(StrEnum):
     OUTCOME = 'outcome'
 
 
-#: Topic and type of each event, and the fields that are times.
-TOPICS: Mapping[str, tuple[Event, str]] = {
-    'demonstration': (Event.DEMONSTRATION, 'likeme_msgs/msg/Demonstration'),
-    'goal_belief': (Event.BELIEF, 'likeme_msgs/msg/GoalBelief'),
-    'decision': (Event.DECISION, 'likeme_msgs/msg/Decision'),
-    'outcome': (Event.OUTCOME, 'likeme_msgs/msg/Outcome'),
+#: Topics of the events, with their types.
+TOPICS: Mapping[str, tuple[LogEvent, str]] = {
+    'demonstration': (LogEvent.DEMONSTRATION, 'likeme_msgs/msg/Demonstration'),
+    'goal_belief': (LogEvent.BELIEF, 'likeme_msgs/msg/GoalBelief'),
+    'decision': (LogEvent.DECISION, 'likeme_msgs/msg/Decision'),
+    'outcome': (LogEvent.OUTCOME, 'likeme_msgs/msg/Outcome'),
 }
 
 
-class Entry(NamedTuple):
+class LogEntry(NamedTuple):
     """One event with the fields of its message; `stamp` in ns."""
 
-    event: Event
+    event: LogEvent
     stamp: int
     fields: Mapping[str, Any]
 
     @property
     def line(self) -> str:
-        """Its line of the log, without the newline."""
+        """The line of the log, without the newline."""
         values = {'event': self.event.value, 'stamp': self.stamp} | {
-            name: _plain(value) for name, value in self.fields.items()
+            name: _json_value(value) for name, value in self.fields.items()
         }
         return json.dumps(values, ensure_ascii=False, allow_nan=False)
 
 
-def entry_of(event: Event, message: Any, names: Iterable[str]) -> Entry:
+def entry_of_event(event: Demonstration | GoalBelief | Decision | Outcome) -> LogEntry:
+    """The entry of a value of perception or inference."""
+    if isinstance(event, Demonstration):
+        kind, fields = LogEvent.DEMONSTRATION, demonstration_fields(event)
+    elif isinstance(event, GoalBelief):
+        kind, fields = LogEvent.BELIEF, belief_fields(event)
+    elif isinstance(event, Decision):
+        kind, fields = LogEvent.DECISION, decision_fields(event)
+    else:
+        kind, fields = LogEvent.OUTCOME, outcome_fields(event)
+    return LogEntry(kind, event.stamp, {'frame_id': event.frame} | fields)
+
+
+def entry_of_message(event: LogEvent, message: Any, names: Iterable[str]) -> LogEntry:
     """The entry of a message (of any library) with these fields, `header` first."""
     fields = {name: getattr(message, name) for name in names if name != 'header'}
     header = message.header
-    return Entry(event, _nanoseconds(header.stamp), {'frame_id': header.frame_id} | fields)
+    return LogEntry(event, _nanoseconds(header.stamp), {'frame_id': header.frame_id} | fields)
 
 
-def in_order(entries: Iterable[Entry]) -> list[Entry]:
-    """What one input led to, as the session comes to it: a belief before a decision."""
-    return sorted(entries, key=lambda entry: list(Event).index(entry.event))
+def in_order(entries: Iterable[LogEntry]) -> list[LogEntry]:
+    """The entries of one input in the session's order: a belief before a decision."""
+    return sorted(entries, key=lambda entry: list(LogEvent).index(entry.event))
 
 
 def read_log(text: str) -> Iterator[dict[str, Any]]:
@@ -77,20 +95,20 @@ def read_log(text: str) -> Iterator[dict[str, Any]]:
         yield value
 
 
-def _plain(value: Any) -> Any:
-    """A field's value as JSON that does not depend on where it comes from."""
+def _json_value(value: Any) -> Any:
+    """A field's value as JSON, whatever library it comes from."""
     if isinstance(value, float):
-        return None if math.isnan(value) else float(f'{value:.{DIGITS}g}')
+        return None if math.isnan(value) else float(f'{value:.{SIGNIFICANT_DIGITS}g}')
     for kind in (bool, int, str):
-        # Enums as what they stand for.
+        # Members of enums as their plain values.
         if isinstance(value, kind):
             return kind(value)
     if hasattr(value, 'nanosec'):
         return _nanoseconds(value)
     if hasattr(value, 'tolist'):
-        return _plain(value.tolist())
+        return _json_value(value.tolist())
     if isinstance(value, Sequence) or hasattr(value, '__iter__'):
-        return [_plain(item) for item in value]
+        return [_json_value(item) for item in value]
     raise TypeError(f'Expected a number, a text, a time or a list of them, got {value!r}.')
 
 

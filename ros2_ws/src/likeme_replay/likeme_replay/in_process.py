@@ -1,4 +1,4 @@
-"""The cores in this process, as the nodes run them: perception and imitation without a network."""
+"""Perception and inference in this process, without a network."""
 
 from __future__ import annotations
 
@@ -7,122 +7,34 @@ from typing import Any
 
 import cv2
 
-from likeme_bags.values import Record
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.settings import defaults
 from likeme_inference import node_settings as inference_settings
-from likeme_inference.input_sequencer import Cue, Input
+from likeme_inference.session_inputs import (
+    InputKind,
+    InputValue,
+    SessionInput,
+    apply_input,
+    read_heard,
+)
 from likeme_inference.tabletop.session import ImitationSession
-from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome, Remark
+from likeme_inference.tabletop.values import Remark
 from likeme_perception import node_settings as perception_settings
+from likeme_perception.frame_reader import FrameReader
 from likeme_perception.observation import TableObservation
-from likeme_perception.pairing import StampOrder
-from likeme_perception.pipeline import TabletopPerception
-from likeme_perception.rgbd import Intrinsics, RgbdFrame, decode_depth, decode_rgb
-from likeme_replay import log_entries as entries
-from likeme_replay.decision_log import Entry
-from likeme_replay.input_scheduler import Done
+from likeme_replay.decision_log import LogEntry, entry_of_event
+from likeme_replay.input_scheduler import FrameAck
 from likeme_replay.message_definitions import definitions
-from likeme_replay.recorded_inputs import Frame
-
-Told = GoalBelief | Decision | Outcome | Remark | None
+from likeme_replay.recorded_inputs import RecordedFrame
 
 
-class Eyes:
-    """What the perception node does with frames, one after another."""
-
-    def __init__(self, values: Mapping[str, Any]) -> None:
-        """`values`: parameters of the perception node that differ from their defaults.
-
-        Raises:
-            ValueError, OSError: one makes no sense.
-        """
-        given = defaults(perception_settings.SETTINGS) | dict(values)
-        self._settings = perception_settings.read_settings(given)
-        self._order = StampOrder()
-        self._info = b''
-        self._intrinsics: Intrinsics | None = None
-        self._perception: TabletopPerception | None = None
-        # As in the node: threads for images this small only wait for each other.
-        cv2.setNumThreads(1)
-
-    def read(self, frame: Frame) -> TableObservation:
-        """Read a frame.
-
-        Raises:
-            ValueError: it cannot be read, or is older than the one before it.
-        """
-        self._look_through(frame.info)
-        order = self._order.take(frame.stamp)
-        if order == 'older':
-            raise ValueError('a frame is older than the one before it')
-        if order == 'restart' and self._perception is not None:
-            self._perception.reset_tracking()
-        if self._intrinsics is None:
-            raise ValueError('no camera_info has come yet')
-        seen = rgbd_frame(frame)
-        if not seen.has_depth:
-            raise ValueError(f'Expected depth readings, got 0 of {seen.depth.size}.')
-        if self._perception is None:
-            config, catalogue, _ = self._settings
-            self._perception = TabletopPerception(config, self._intrinsics, catalogue)
-        return self._perception.process(seen)
-
-    def _look_through(self, info: Record) -> None:
-        """Take a camera_info; what cannot be one leaves the last in force."""
-        # The stamp is not what makes another camera.
-        if info.data[12:] == self._info:
-            return
-        self._info = info.data[12:]
-        try:
-            intrinsics = intrinsics_of(definitions().read(info.data, info.type))
-        except ValueError:
-            return
-        if intrinsics != self._intrinsics:
-            self._intrinsics, self._perception = intrinsics, None
-
-
-class Mind:
-    """What the inference node does in a rehearsal."""
-
-    def __init__(self, values: Mapping[str, Any]) -> None:
-        """`values`: parameters of the inference node that differ from their defaults.
-
-        Raises:
-            ValueError: one makes no sense.
-        """
-        given = defaults(inference_settings.SETTINGS) | dict(values)
-        model = inference_settings.read_model(given['model_file'])
-        self.session = ImitationSession(model, inference_settings.read_settings(given))
-
-    def see(self, view: TableSnapshot) -> list[Told]:
-        """Take in a table state."""
-        return [self.session.look(view)]
-
-    def watch(self, demo: Demonstration) -> list[Told]:
-        """Take in a demonstration; one of what the robot never tried is nothing to it."""
-        if demo.object not in self.session.model.objects:
-            return []
-        return [self.session.observe_demonstration(demo), self.session.look_again()]
-
-    def hear(self, cue: Cue) -> list[Told]:
-        """Take in what arm or operator said, or that nobody did.
-
-        Raises:
-            ValueError: it does not fit where the session stands.
-        """
-        if cue.kind is Input.MOTION:
-            return [self.session.motion_finished(entries.motion_report(cue.said))]
-        if cue.kind is Input.SILENCE:
-            return [self.session.nothing_seen()]
-        return [self.session.answered(entries.reply(cue.said))]
-
-
-class Cores:
-    """A stage without a network: shows frames to the eyes, gives cues to the mind.
+class InProcessGraph:
+    """A ReplayTarget that calls the cores of both nodes directly.
 
     Attributes:
-        misfits: what arm or operator said in the recorded run that made no sense here.
+        session: the imitation session.
+        table: perception's result for the newest frame that was read.
+        refused_inputs: recorded reports of arm or operator that the session refused.
     """
 
     def __init__(
@@ -130,69 +42,64 @@ class Cores:
         perception: Mapping[str, Any] | None = None,
         inference: Mapping[str, Any] | None = None,
     ) -> None:
-        self.eyes, self.mind = Eyes(perception or {}), Mind(inference or {})
-        self._views: dict[int, TableSnapshot] = {}
-        self._acts: dict[int, list[Demonstration]] = {}
+        """Take the nodes' parameters where they differ from their defaults.
+
+        Raises:
+            ValueError, OSError: one is invalid.
+        """
+        values = defaults(perception_settings.SETTINGS) | dict(perception or {})
+        self._reader = FrameReader(perception_settings.read_settings(values))
+        values = defaults(inference_settings.SETTINGS) | dict(inference or {})
+        model = inference_settings.read_model(values['model_file'])
+        self.session = ImitationSession(model, inference_settings.read_settings(values))
         self.table: TableObservation | None = None
-        self.misfits = 0
+        self.refused_inputs = 0
+        self._tables: dict[int, TableSnapshot] = {}
+        self._acts: dict[int, list[Demonstration]] = {}
+        self._info = b''
+        # As in perception_node: OpenCV's threads do not pay for images this small.
+        cv2.setNumThreads(1)
 
-    def show(self, frame: Frame) -> Done:
-        """Read a frame."""
-        try:
-            table = self.eyes.read(frame)
-        except (ValueError, cv2.error) as error:
-            return Done(False, refused=str(error))
-        self.table = table
+    def show_frame(self, frame: RecordedFrame) -> FrameAck:
+        """Run perception on a frame."""
+        self._set_camera_info(frame.info.data)
+        colour, depth = (definitions().read(r.data, r.type) for r in (frame.colour, frame.depth))
+        result = self._reader.read(colour, depth)
+        if result.table is None:
+            return FrameAck(table_state=False, rejection=result.sentence)
+        self.table = table = result.table
         if table.learned:
-            self._views[frame.stamp] = table.snapshot
+            self._tables[frame.stamp] = table.snapshot
             self._acts[frame.stamp] = list(table.demonstrations)
-        told = tuple(entries.act_entry(act) for act in table.demonstrations)
-        return Done(table.learned, told)
+        return FrameAck(table.learned, tuple(map(entry_of_event, table.demonstrations)))
 
-    def hear(self, cue: Cue) -> list[Entry]:
-        """Take something in."""
+    def apply_input(self, item: SessionInput) -> list[LogEntry]:
+        """Apply an input to the session."""
         try:
-            told = self._hear(cue)
+            events = apply_input(self.session, self._value(item))
         except ValueError:
-            self.misfits += 1
+            self.refused_inputs += not item.kind.has_topic
             return []
-        return [entries.entry(one) for one in told if not isinstance(one, Remark | None)]
+        return [entry_of_event(event) for event in events if not isinstance(event, Remark)]
 
-    def _hear(self, cue: Cue) -> list[Told]:
-        if cue.kind is Input.TABLE_STATE:
-            view = self._views[cue.stamp]
-            self._views = {stamp: v for stamp, v in self._views.items() if stamp > cue.stamp}
-            return self.mind.see(view)
-        if cue.kind is Input.DEMONSTRATION:
-            acts = self._acts[cue.stamp]
-            act = acts.pop(0)
-            self._acts = {stamp: a for stamp, a in self._acts.items() if a}
-            return self.mind.watch(act)
-        return self.mind.hear(cue)
+    def _value(self, item: SessionInput) -> InputValue:
+        if item.kind is InputKind.TABLE_STATE:
+            table = self._tables[item.stamp]
+            self._tables = {s: t for s, t in self._tables.items() if s > item.stamp}
+            return table
+        if item.kind is InputKind.DEMONSTRATION:
+            act = self._acts[item.stamp].pop(0)
+            self._acts = {stamp: acts for stamp, acts in self._acts.items() if acts}
+            return act
+        return read_heard(item.kind, item.message)
 
-
-def rgbd_frame(frame: Frame) -> RgbdFrame:
-    """The images of a frame as perception's value.
-
-    Raises:
-        ValueError: an encoding is not known, or sizes do not fit.
-    """
-    colour = definitions().read(frame.colour.data, frame.colour.type)
-    depth = definitions().read(frame.depth.data, frame.depth.type)
-    return RgbdFrame(
-        frame.stamp,
-        depth.header.frame_id,
-        decode_rgb(colour.data, colour.encoding, colour.height, colour.width, colour.step),
-        decode_depth(
-            depth.data, depth.encoding, depth.height, depth.width, depth.step,
-            bool(depth.is_bigendian),
-        ),
-    )  # fmt: skip
-
-
-def intrinsics_of(info: Any) -> Intrinsics:
-    """Intrinsics of a rectified camera, from P, or from K where P is not filled in."""
-    p, k = info.p, info.k
-    lens = (p[0], p[2], p[5], p[6]) if p[0] > 0 else (k[0], k[2], k[4], k[5])
-    fx, cx, fy, cy = map(float, lens)
-    return Intrinsics(fx, fy, cx, cy, int(info.width), int(info.height))
+    def _set_camera_info(self, data: bytes) -> None:
+        # Without the stamp, which differs in every frame.
+        if data[12:] == self._info:
+            return
+        self._info = data[12:]
+        try:
+            self._reader.set_camera_info(definitions().read(data, 'sensor_msgs/msg/CameraInfo'))
+        except ValueError:
+            # The last usable one stays in force; without one the frames are rejected.
+            return

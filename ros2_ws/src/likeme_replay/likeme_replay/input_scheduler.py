@@ -1,170 +1,132 @@
-"""Playing a script on a stage, one thing after another: what makes every replay the same.
+"""The order of a replay: frames and session inputs, one after another.
 
-A stage shows frames to perception and gives cues to the session: the cores in this process, or
-nodes behind a network that acknowledge everything. Nothing here knows a clock, and nothing is
-begun before what came before it has ended.
+A replay target is the cores in this process, or nodes that acknowledge everything over the
+network. Nothing here depends on a clock: an input is given when the one before it has ended.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from likeme_inference.input_sequencer import Cue, Input
-from likeme_replay.decision_log import Entry
-from likeme_replay.recorded_inputs import Frame, Step
+from likeme_inference.session_inputs import InputKind, SessionInput
+from likeme_replay.decision_log import LogEntry
+from likeme_replay.recorded_inputs import RecordedFrame, ReplayStep
+from likeme_replay.replay_counts import ReplayCounts
 
 
-class Done(NamedTuple):
-    """What perception made of a frame; `refused`: why it was not read, or nothing."""
+class FrameAck(NamedTuple):
+    """Perception's acknowledgement of a frame; `rejection`: why it was not read, or ''."""
 
     table_state: bool
-    demonstrations: tuple[Entry, ...] = ()
-    refused: str = ''
+    demonstrations: tuple[LogEntry, ...] = ()
+    rejection: str = ''
 
 
-class Stage(Protocol):
-    """Where a script is played.
+class ReplayTarget(Protocol):
+    """Perception and inference as a replay sees them.
 
-    misfits: what arm or operator said in the recorded run that made no sense here.
+    refused_inputs: recorded reports of arm or operator that the session refused.
     """
 
-    misfits: int
+    refused_inputs: int
 
-    def show(self, frame: Frame) -> Done:
-        """Have perception read a frame; returns when it is done."""
+    def show_frame(self, frame: RecordedFrame) -> FrameAck:
+        """Show perception a frame; returns when it is processed."""
 
-    def hear(self, cue: Cue) -> list[Entry]:
-        """Have the session take something in; what came of it, in order."""
-
-
-@dataclass
-class Tally:
-    """What a performance came to.
-
-    Attributes:
-        frames, refused: shown, and of these not read; `reason`: why the first was not.
-        entries: lines of the log.
-        missed: demonstrations, or others' words, that the live session heard and this one did not.
-        unheard: demonstrations seen here that the live session did not hear.
-        misfits: what arm or operator said then that made no sense here.
-        unpaired: images without a partner of their stamp; unread: frames not read in the live run;
-            unreadable: messages that are not what their type says.
-    """
-
-    frames: int = 0
-    refused: int = 0
-    entries: int = 0
-    missed: int = 0
-    unheard: int = 0
-    misfits: int = 0
-    unpaired: int = 0
-    unread: int = 0
-    unreadable: int = 0
-    reason: str = ''
-
-    @property
-    def remarks(self) -> list[str]:
-        """What somebody who compares with the live run should know, in sentences."""
-        said = {
-            f'{self.refused} of {self.frames} frames were not read; the first because: '
-            f'{self.reason}': self.refused,
-            f'{self.missed} things the live session heard did not come about here.': self.missed,
-            f'{self.unheard} demonstrations were seen here that the live session did not hear.':
-                self.unheard,
-            f"{self.misfits} answers of arm or operator did not fit here.": self.misfits,
-            f'{self.unpaired} images have no partner of their stamp and were not shown.':
-                self.unpaired,
-            f'{self.unreadable} messages are not what their type says.': self.unreadable,
-            f'{self.unread} frames were not read in the live run and not shown.': self.unread,
-        }  # fmt: skip
-        return [sentence for sentence, count in said.items() if count]
+    def apply_input(self, item: SessionInput) -> list[LogEntry]:
+        """Have the session apply an input; the events that follow, in order."""
 
 
-class Prompter:
-    """Says which cue is next, so that none comes before what it speaks of.
+class InputScheduler:
+    """Decides which session input is next, so that none precedes the frame it is about.
 
-    Without recorded cues every table state is one, and every demonstration after its table state.
+    Without recorded inputs every table state is one, followed by the demonstrations of its frame.
     """
 
     def __init__(self, recorded: bool) -> None:
         self._recorded = recorded
-        self._cues: deque[Cue] = deque()
-        # What is there to be heard, by its stamp.
-        self._there: dict[int, dict[Input, int]] = {}
+        self._inputs: deque[SessionInput] = deque()
+        # Messages of perception that are in no input yet, by stamp.
+        self._available: dict[int, dict[InputKind, int]] = {}
         self._newest = -1
-        self.missed = self.unheard = 0
+        self.missed = self.unrecorded = 0
 
-    def cue(self, cue: Cue) -> None:
-        """Take a recorded cue."""
-        self._cues.append(cue)
+    def add_input(self, item: SessionInput) -> None:
+        """Append a recorded input."""
+        self._inputs.append(item)
 
-    def shown(self, stamp: int, done: Done) -> None:
-        """A frame is done with."""
-        acts = len(done.demonstrations)
+    def add_frame(self, stamp: int, ack: FrameAck) -> None:
+        """Note what a frame led to."""
+        acts = len(ack.demonstrations)
         self._newest = stamp
         if self._recorded:
-            here = {Input.TABLE_STATE: int(done.table_state), Input.DEMONSTRATION: acts}
-            self._there[stamp] = here
-        elif done.table_state:
-            kinds = [Input.TABLE_STATE, *[Input.DEMONSTRATION] * acts]
-            self._cues.extend(Cue(kind, stamp, None) for kind in kinds)
+            self._available[stamp] = {
+                InputKind.TABLE_STATE: int(ack.table_state), InputKind.DEMONSTRATION: acts
+            }  # fmt: skip
+        elif ack.table_state:
+            kinds = [InputKind.TABLE_STATE, *[InputKind.DEMONSTRATION] * acts]
+            self._inputs.extend(SessionInput(kind, stamp) for kind in kinds)
 
-    def due(self) -> Iterator[Cue]:
-        """Cues that can be given now."""
-        while self._cues:
-            cue = self._cues[0]
-            if self._recorded and cue.kind.comes_by_topic:
-                if cue.stamp not in self._there and cue.stamp > self._newest:
+    def ready(self) -> Iterator[SessionInput]:
+        """Remove and yield the inputs that can be given now."""
+        while self._inputs:
+            item = self._inputs[0]
+            if self._recorded and item.kind.has_topic:
+                if item.stamp not in self._available and item.stamp > self._newest:
                     return
-                if not self._take(cue):
-                    self.missed += cue.kind is Input.DEMONSTRATION
-                    self._cues.popleft()
+                if not self._use(item):
+                    self.missed += item.kind is InputKind.DEMONSTRATION
+                    self._inputs.popleft()
                     continue
-            yield self._cues.popleft()
+            yield self._inputs.popleft()
 
-    def end(self) -> None:
-        """Count what is left over."""
-        self.missed += len(self._cues)
-        self.unheard += sum(left[Input.DEMONSTRATION] for left in self._there.values())
+    def finish(self) -> None:
+        """Count what is left over at the end."""
+        self.missed += len(self._inputs)
+        self.unrecorded += sum(n[InputKind.DEMONSTRATION] for n in self._available.values())
 
-    def _take(self, cue: Cue) -> bool:
-        here = self._there.get(cue.stamp, {})
-        if not here.get(cue.kind):
+    def _use(self, item: SessionInput) -> bool:
+        available = self._available.get(item.stamp, {})
+        if not available.get(item.kind):
             return False
-        here[cue.kind] -= 1
-        older = [stamp for stamp in self._there if stamp < cue.stamp]
-        for stamp in older:
-            self.unheard += self._there.pop(stamp)[Input.DEMONSTRATION]
+        available[item.kind] -= 1
+        for stamp in [stamp for stamp in self._available if stamp < item.stamp]:
+            self.unrecorded += self._available.pop(stamp)[InputKind.DEMONSTRATION]
         return True
 
 
-def perform(
-    steps: Iterable[Step], live: bool, stage: Stage, tell: Callable[[Entry], None]
-) -> Tally:
-    """Play all steps; `tell` gets every event as soon as it is known."""
-    prompter, tally = Prompter(live), Tally()
+def run_replay(
+    steps: Iterable[ReplayStep], recorded: bool, target: ReplayTarget,
+    log: Callable[[LogEntry], None],
+) -> ReplayCounts:  # fmt: skip
+    """Replay all steps; `log` gets every event as soon as it is known.
 
-    def told(entries: Iterable[Entry]) -> None:
+    recorded: the steps hold the inputs of a live session.
+    """
+    scheduler, counts = InputScheduler(recorded), ReplayCounts()
+
+    def log_all(entries: Iterable[LogEntry]) -> None:
         for entry in entries:
-            tally.entries += 1
-            tell(entry)
+            counts.entries += 1
+            log(entry)
 
     for step in steps:
-        if isinstance(step, Cue):
-            prompter.cue(step)
+        if isinstance(step, SessionInput):
+            scheduler.add_input(step)
         else:
-            done = stage.show(step)
-            tally.frames += 1
-            if done.refused:
-                tally.refused += 1
-                tally.reason = tally.reason or done.refused
-            told(done.demonstrations)
-            prompter.shown(step.stamp, done)
-        for cue in prompter.due():
-            told(stage.hear(cue))
-    prompter.end()
-    tally.missed, tally.unheard = prompter.missed, prompter.unheard
-    return tally
+            ack = target.show_frame(step)
+            counts.frames += 1
+            counts.tables += ack.table_state
+            if ack.rejection:
+                counts.rejected += 1
+                counts.first_rejection = counts.first_rejection or ack.rejection
+            log_all(ack.demonstrations)
+            scheduler.add_frame(step.stamp, ack)
+        for item in scheduler.ready():
+            log_all(target.apply_input(item))
+    scheduler.finish()
+    counts.missed, counts.unrecorded = scheduler.missed, scheduler.unrecorded
+    counts.refused_inputs = target.refused_inputs
+    return counts

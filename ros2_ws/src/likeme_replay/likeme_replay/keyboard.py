@@ -1,4 +1,4 @@
-"""Single keys from a terminal, without Enter; from a pipe, as they come."""
+"""Single keys from a terminal without Enter, or bytes from a pipe."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def keyboard() -> Iterator[Callable[[], str]]:
-    """Yield a function that gives the keys pressed since it was called last.
+    """Yield a function that returns the keys pressed since its last call.
 
-    While it is open a terminal does not wait for lines; Ctrl-C works as ever.
+    Meanwhile the terminal is not line-buffered; Ctrl-C works as usual.
     """
     source = _descriptor()
     if source is None:

@@ -15,18 +15,18 @@ from likeme_bags.errors import LIBRARY_ERRORS
 
 
 class UnknownTypeError(ValueError):
-    """A type that no installed package defines, in one sentence."""
+    """No installed package defines a type."""
 
 
 class Definition(NamedTuple):
-    """What a bag embeds of a type: the text with all it is made of, and its RIHS01 hash."""
+    """The definition that a bag embeds: the text with all nested types, and the RIHS01 hash."""
 
     text: str
     digest: str
 
 
 class Definitions:
-    """A type store that grows by the packages that are asked for."""
+    """A type store that loads message packages when they are first needed."""
 
     def __init__(self) -> None:
         self.store: Typestore = get_typestore(Stores.ROS2_JAZZY)
@@ -38,12 +38,12 @@ class Definitions:
         Raises:
             UnknownTypeError: no installed package has it.
         """
-        self.know(msgtype)
+        self.load(msgtype)
         text, _ = self.store.generate_msgdef(msgtype, ros_version=2)
         return Definition(text, self.store.hash_rihs01(msgtype))
 
-    def know(self, msgtype: str) -> None:
-        """Make sure that a type can be read and written.
+    def load(self, msgtype: str) -> None:
+        """Load a type, so that it can be read and written.
 
         Raises:
             UnknownTypeError: no installed package has it.
@@ -59,11 +59,11 @@ class Definitions:
         """The message in CDR bytes.
 
         Raises:
-            ValueError: they are none of this type, or nobody knows the type.
+            ValueError: they do not fit the type, or the type is not installed.
         """
-        self.know(msgtype)
+        self.load(msgtype)
         try:
-            # Through a view no image is copied on the way.
+            # A view avoids a copy of the image.
             return self.store.deserialize_cdr(memoryview(data), msgtype)
         except LIBRARY_ERRORS:
             raise ValueError(f'Expected a {msgtype}, got {len(data)} other bytes.') from None
@@ -73,8 +73,8 @@ class Definitions:
         return bytes(self.store.serialize_cdr(message, message.__msgtype__))
 
     def make(self, msgtype: str, **fields: Any) -> Any:
-        """A message; every field has to be given."""
-        self.know(msgtype)
+        """A message; every field is required."""
+        self.load(msgtype)
         return self.store.types[msgtype](**fields)
 
     def _read_package(self, package: str) -> None:
@@ -98,5 +98,5 @@ class Definitions:
 
 @lru_cache(maxsize=1)
 def definitions() -> Definitions:
-    """The one store of this process."""
+    """The store of this process."""
     return Definitions()

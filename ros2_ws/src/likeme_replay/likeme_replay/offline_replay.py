@@ -1,4 +1,4 @@
-"""A bag straight through the cores: no network, no waiting, the same log."""
+"""Replay of a bag, by default in this process and without a network."""
 
 from __future__ import annotations
 
@@ -7,25 +7,27 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from likeme_bags.reading import Bag, open_bag
-from likeme_replay.decision_log import Entry
-from likeme_replay.in_process import Cores
-from likeme_replay.input_scheduler import Stage, Tally, perform
-from likeme_replay.live_agreement import Agreement, compare, recorded_entries
-from likeme_replay.recorded_inputs import Script
-from likeme_replay.source_adapters import ReadSource, adapted
+from likeme_replay.decision_log import LogEntry
+from likeme_replay.in_process import InProcessGraph
+from likeme_replay.input_scheduler import ReplayTarget, run_replay
+from likeme_replay.live_agreement import EventAgreement, compare, recorded_entries
+from likeme_replay.recorded_inputs import RecordedInputs
+from likeme_replay.replay_counts import ReplayCounts
+from likeme_replay.source_adapters import ReadSource, adapted_source
 
 
-class Replayed(NamedTuple):
-    """How a replay went: its log, what it came to, what was wrong with the bag.
+class ReplayResult(NamedTuple):
+    """The log of a replay, its counts, and what was wrong with the bag.
 
-    agreements: with what the bag itself says its live run came to; none where it says nothing.
+    complete: the whole bag could be read. agreements: with the events of the live run, if the bag
+    holds any.
     """
 
-    entries: list[Entry]
-    tally: Tally
+    entries: list[LogEntry]
+    counts: ReplayCounts
     warnings: tuple[str, ...]
     complete: bool
-    agreements: tuple[Agreement, ...] = ()
+    agreements: tuple[EventAgreement, ...] = ()
 
     @property
     def log(self) -> str:
@@ -39,32 +41,32 @@ def replay_offline(
     source: ReadSource | None = None,
     start: int | None = None,
     end: int | None = None,
-) -> Replayed:
-    """Replay a bag in this process, as fast as it goes.
+) -> ReplayResult:
+    """Replay a bag in this process, as fast as possible.
 
     Args:
         path: the bag.
         parameters: of 'perception_node' and 'inference_node', where they differ from the defaults.
-        source: how records are read from the bag; None: by the names that are known.
-        start: log time from which records count, ns.
-        end: log time up to which they do.
+        source: how records are read from the bag; None: by known topic names.
+        start: log time of the first record to use, ns.
+        end: log time of the last one.
 
     Raises:
         BagError: the bag cannot be replayed.
-        ValueError: a parameter makes no sense.
+        ValueError: a parameter is invalid.
     """
     nodes = ('perception_node', 'inference_node')
-    cores = Cores(*(parameters.get(node) for node in nodes))
+    target = InProcessGraph(*(parameters.get(node) for node in nodes))
     with open_bag(path) as bag:
-        return replayed(Script((source or adapted({}, {}))(bag, start, end)), bag, cores)
+        inputs = RecordedInputs((source or adapted_source({}, {}))(bag, start, end))
+        return replay_bag(inputs, bag, target)
 
 
-def replayed(script: Script, bag: Bag, stage: Stage) -> Replayed:
-    """Perform the script of a bag on a stage; how it went."""
-    entries: list[Entry] = []
-    tally = perform(script.steps(), script.live, stage, entries.append)
-    tally.misfits = stage.misfits
-    tally.unpaired, tally.unread = script.unpaired, script.unread
-    tally.unreadable = script.unreadable
+def replay_bag(inputs: RecordedInputs, bag: Bag, target: ReplayTarget) -> ReplayResult:
+    """Replay the inputs of a bag into a target."""
+    entries: list[LogEntry] = []
+    counts = run_replay(inputs.steps(), inputs.live, target, entries.append)
+    counts.unpaired, counts.unread = inputs.unpaired, inputs.unread
+    counts.unreadable, counts.info_changes = inputs.unreadable, inputs.info_changes
     agreements = tuple(compare(recorded_entries(bag), entries))
-    return Replayed(entries, tally, bag.warnings, bag.complete, agreements)
+    return ReplayResult(entries, counts, bag.warnings, bag.complete, agreements)

@@ -10,19 +10,19 @@ from typing import Annotated
 
 import typer
 
-from likeme_bags.adapting import COLOUR, DEPTH, INFO
+from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.durable import DurableWriter
 from likeme_bags.errors import BagError
 from likeme_core.cli import Domain
 from likeme_replay.recorded_inputs import FRAME_DONE, HEARD
 from likeme_replay.recording_writer import Recording, summary
 
-#: What a replay needs, and what people look at.
+#: Topics that a replay needs, and those for inspection.
 TOPICS = (
     COLOUR, DEPTH, INFO, 'table_state', FRAME_DONE, 'demonstration', 'goal_belief', 'decision',
     'outcome', HEARD, 'joint_states', '/clock', '/diagnostics',
 )  # fmt: skip
-#: Where recordings go that are named without a folder.
+#: Folder of recordings that are named without one.
 FOLDER = Path('out/bags')
 
 
@@ -34,28 +34,29 @@ class Storage(StrEnum):
 
 
 class Compression(StrEnum):
-    """How it is packed."""
+    """Compression of the file."""
 
     LZ4 = 'lz4'
     ZSTD = 'zstd'
     NONE = 'none'
 
 
-#: What is read fastest, where the format has it.
-USUAL = {Storage.MCAP: Compression.LZ4, Storage.SQLITE3: Compression.ZSTD}
+#: The compression of each format that is read fastest.
+DEFAULT_COMPRESSION = {Storage.MCAP: Compression.LZ4, Storage.SQLITE3: Compression.ZSTD}
 
 
 def record(
     name: Annotated[str, typer.Argument(help='Folder of the new bag.')],
-    all_topics: Annotated[bool, typer.Option('--all', help='Every topic there is.')] = False,
+    all_topics: Annotated[bool, typer.Option('--all', help='All topics.')] = False,
     topics: Annotated[
-        list[str] | None, typer.Option(help='This topic instead of the usual; may be repeated.')
+        list[str] | None,
+        typer.Option(help='This topic instead of the default ones; may be repeated.'),
     ] = None,
     storage: Annotated[Storage, typer.Option(help='The format.')] = Storage.MCAP,
     compression: Annotated[
-        Compression | None, typer.Option(help='How it is packed (default: lz4; sqlite3: zstd).')
+        Compression | None, typer.Option(help='Compression (default: lz4; sqlite3: zstd).')
     ] = None,
-    duration: Annotated[float | None, typer.Option(min=0.1, help='s, then end.')] = None,
+    duration: Annotated[float | None, typer.Option(min=0.1, help='Stop after so many s.')] = None,
     domain: Domain = 0,
 ) -> None:
     """Record until Ctrl-C. A killed recorder leaves a bag short of its last second.
@@ -68,21 +69,21 @@ def record(
     path = Path(name) if '/' in name else FOLDER / name
     wanted = None if all_topics else tuple(topics or TOPICS)
     try:
-        packed = compression or USUAL[storage]
-        recording = Recording(DurableWriter(path, storage.value, packed.value))
+        packing = compression or DEFAULT_COMPRESSION[storage]
+        recording = Recording(DurableWriter(path, storage.value, packing.value))
         recording.start()
     except (BagError, OSError) as error:
         print(f'record: {error}', file=sys.stderr)
         raise typer.Exit(2) from None
     # Imported here: rclpy takes 0.3 s, which --help need not wait for.
-    from likeme_replay.ros.record_node import listen
+    from likeme_replay.ros.record_node import record_topics
 
-    print(f'Recording to {path}; Ctrl-C ends it.')
-    missing, lost, unusable = listen(recording, wanted, duration, domain)
-    raise typer.Exit(_conclude(path, recording, missing, lost, unusable))
+    print(f'Recording to {path}; stop with Ctrl-C.')
+    missing, lost, unusable = record_topics(recording, wanted, duration, domain)
+    raise typer.Exit(_report(path, recording, missing, lost, unusable))
 
 
-def _conclude(
+def _report(
     path: Path,
     recording: Recording,
     missing: list[str],
@@ -91,16 +92,18 @@ def _conclude(
 ) -> int:
     for line in summary(recording.counts, missing):
         print(line)
-    said = [f'{count} messages of {topic} were lost.' for topic, count in lost.items() if count]
-    said += [f'{topic} was not recorded: {why}' for topic, why in unusable.items()]
+    problems = [
+        f'{count} messages of {topic} were lost.' for topic, count in lost.items() if count
+    ]
+    problems += [f'{topic} was not recorded: {why}' for topic, why in unusable.items()]
     if recording.error:
-        said.append(f'Writing ended early: {recording.error}')
+        problems.append(f'Writing ended early: {recording.error}')
     if not recording.counts.total():
-        said.append('Expected messages, got none: is the cell running on this ROS domain?')
-    for sentence in said:
+        problems.append('Expected messages, got none: is the cell running on this ROS domain?')
+    for sentence in problems:
         print(f'record: {sentence}', file=sys.stderr)
     print(f'{recording.counts.total()} messages in {path}')
-    return 1 if said else 0
+    return 1 if problems else 0
 
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None)

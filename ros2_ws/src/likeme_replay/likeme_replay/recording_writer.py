@@ -1,4 +1,4 @@
-"""The thread that writes what a recorder hears, so that hearing never waits for a disk."""
+"""The writer thread of a recorder: receiving never waits for the disk."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from rosbags.interfaces import Connection, Qos
 from likeme_bags.durable import DurableMcap, DurableWriter
 from likeme_replay.message_definitions import Definition
 
-#: s between two points up to which a killed recorder has lost nothing.
+#: s between two flushes: a killed recorder loses no more than this.
 FLUSH_PERIOD = 0.5
-#: Bytes that may wait to be written; what comes beyond is lost, and told.
-ROOM = 512 * 2**20
-#: zstd, for two cameras on one of two cores.
-LEVEL = 1
+#: Bytes that may wait to be written; messages beyond are lost and counted.
+MAX_QUEUED_BYTES = 512 * 2**20
+#: Level of zstd: two cameras on one of two cores.
+ZSTD_LEVEL = 1
 
 
-class Heard(NamedTuple):
+class ReceivedMessage(NamedTuple):
     """A message and when it was received, ns."""
 
     topic: str
@@ -31,7 +31,7 @@ class Heard(NamedTuple):
     data: bytes
 
 
-class Channel(NamedTuple):
+class RecordedTopic(NamedTuple):
     """A topic as its publishers offer it."""
 
     topic: str
@@ -41,12 +41,12 @@ class Channel(NamedTuple):
 
 
 class Recording:
-    """A bag that grows; `take` may be called from any thread and returns at once.
+    """A bag being written; `add` may be called from any thread and returns at once.
 
     Attributes:
         counts: messages written, by topic.
-        lost: messages there was no room for, by topic.
-        error: why writing ended early, or nothing.
+        lost: messages dropped because the queue was full, by topic.
+        error: why writing ended early, or ''.
     """
 
     def __init__(self, writer: DurableWriter) -> None:
@@ -54,58 +54,60 @@ class Recording:
         self.lost: Counter[str] = Counter()
         self.error = ''
         self._writer = writer
-        self._queue: queue.SimpleQueue[Heard | Channel | None] = queue.SimpleQueue()
-        self._waiting = 0
+        self._queue: queue.SimpleQueue[ReceivedMessage | RecordedTopic | None] = (
+            queue.SimpleQueue()
+        )
+        self._queued_bytes = 0
         self._connections: dict[str, Connection] = {}
-        self._begun: Future[None] = Future()
+        self._opened: Future[None] = Future()
         self._thread = threading.Thread(target=self._run, name='writer')
 
     def start(self) -> None:
-        """Begin the bag.
+        """Open the bag.
 
         Raises:
-            BagError, OSError: it cannot be begun.
+            BagError, OSError: it cannot be opened.
         """
         self._thread.start()
-        self._begun.result()
+        self._opened.result()
 
-    def add(self, channel: Channel) -> None:
-        """A topic, before its first message."""
-        self.counts[channel.topic] += 0
-        self._queue.put(channel)
+    def add_topic(self, topic: RecordedTopic) -> None:
+        """Add a topic, before its first message."""
+        self.counts[topic.topic] += 0
+        self._queue.put(topic)
 
-    def take(self, heard: Heard) -> None:
-        """A message of a topic that was added."""
-        if self.error or self._waiting + len(heard.data) > ROOM:
-            self.lost[heard.topic] += 1
+    def add(self, message: ReceivedMessage) -> None:
+        """Add a message of a topic that was added."""
+        if self.error or self._queued_bytes + len(message.data) > MAX_QUEUED_BYTES:
+            self.lost[message.topic] += 1
             return
-        self._waiting += len(heard.data)
-        self._queue.put(heard)
+        self._queued_bytes += len(message.data)
+        self._queue.put(message)
 
-    def remark(self, key: str, value: str) -> None:
-        """Something about the whole bag, for metadata.yaml."""
+    def set_metadata(self, key: str, value: str) -> None:
+        """Set an entry of the custom data in metadata.yaml."""
         self._writer.set_custom_data(key, value)
 
     def finish(self) -> None:
-        """Write what is left and close the bag."""
+        """Write queued messages and close the bag."""
         self._queue.put(None)
         self._thread.join()
 
     def _run(self) -> None:
-        """Open, write and close: sqlite3 wants all of it in one thread."""
+        """Open, write and close: sqlite3 requires a single thread."""
         try:
             self._writer.open()
             if isinstance(self._writer.storage, DurableMcap):
-                self._writer.storage.level = LEVEL
+                self._writer.storage.level = ZSTD_LEVEL
         except Exception as error:
-            self._begun.set_exception(error)
+            self._opened.set_exception(error)
             return
-        self._begun.set_result(None)
+        self._opened.set_result(None)
         try:
             self._write_all()
             self._writer.close()
         except Exception as error:
-            # A full disk is the usual one: what was flushed stays, and the recorder tells.
+            # Usually a full disk: flushed data stays, and the recorder reports it.
             self.error = f'{type(error).__name__}: {error}'
             self._writer.abort()
 
@@ -126,20 +128,20 @@ class Recording:
                     self._writer.flush()
                 due, dirty = time.monotonic() + FLUSH_PERIOD, False
 
-    def _write(self, item: Heard | Channel) -> None:
-        if isinstance(item, Channel):
+    def _write(self, item: ReceivedMessage | RecordedTopic) -> None:
+        if isinstance(item, RecordedTopic):
             self._connections[item.topic] = self._writer.add_connection(
                 item.topic, item.type, msgdef=item.definition.text,
                 rihs01=item.definition.digest, offered_qos_profiles=item.qos,
             )  # fmt: skip
             return
         self._writer.write(self._connections[item.topic], item.stamp, item.data)
-        self._waiting -= len(item.data)
+        self._queued_bytes -= len(item.data)
         self.counts[item.topic] += 1
 
 
 def summary(counts: Counter[str], wanted: Sequence[str]) -> list[str]:
-    """How many messages of each topic, and which topics nobody ever published."""
+    """Counts of messages by topic, and the topics that were never published."""
     lines = [f'{count:7d}  {topic}' for topic, count in sorted(counts.items())]
-    silent = [topic for topic in wanted if topic not in counts]
-    return [*lines, f'never there: {", ".join(silent)}'] if silent else lines
+    missing = [topic for topic in wanted if topic not in counts]
+    return [*lines, f'never published: {", ".join(missing)}'] if missing else lines

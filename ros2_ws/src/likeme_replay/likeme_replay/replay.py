@@ -1,4 +1,4 @@
-"""`replay`: play a recording into the graph, in lockstep, or straight through the cores."""
+"""`replay`: replay a recording into the graph, in lockstep with the nodes, or offline."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from likeme_bags.errors import BagError
 from likeme_core.cli import Domain
 from likeme_core.yaml_files import read_yaml
 from likeme_replay.offline_replay import replay_offline
-from likeme_replay.replay_options import Options
-from likeme_replay.replay_report import conclude, say
-from likeme_replay.source_adapters import adapted, pairs
+from likeme_replay.replay_options import ReplayOptions
+from likeme_replay.replay_report import print_message, report
+from likeme_replay.source_adapters import adapted_source, parse_pairs
 
 
 def replay(
     bag: Annotated[Path, typer.Argument(help='Folder or file of the recording.')],
     rate: Annotated[
         float | None,
-        typer.Option(min=0.0, help='Recorded s per s; 0: as fast as it goes.'),
+        typer.Option(min=0.0, help='Recorded s per s; 0: as fast as possible.'),
     ] = None,
     start: Annotated[float | None, typer.Option(min=0.0, help='s after the start.')] = None,
     end: Annotated[float | None, typer.Option(min=0.0, help='s after the start.')] = None,
-    loop: Annotated[bool, typer.Option('--loop', help='Again and again, until Ctrl-C.')] = False,
+    loop: Annotated[bool, typer.Option('--loop', help='Repeat until Ctrl-C.')] = False,
     pause: Annotated[
         bool,
-        typer.Option('--pause', help='Begin paused. Keys: space go on, n single step, q end.'),
+        typer.Option('--pause', help='Begin paused. Keys: space (continue), n (step), q (quit).'),
     ] = False,
     topics: Annotated[
         list[str] | None, typer.Option(help='Play this topic only; may be repeated.')
@@ -48,10 +48,10 @@ def replay(
     ] = None,
     lockstep: Annotated[
         bool,
-        typer.Option('--lockstep', help='Wait until the nodes have done with each frame.'),
+        typer.Option('--lockstep', help='Wait until the nodes have processed each frame.'),
     ] = False,
     offline: Annotated[
-        bool, typer.Option('--offline', help='Through the same cores without a network.')
+        bool, typer.Option('--offline', help='In this process, without a network.')
     ] = False,
     log: Annotated[
         Path | None,
@@ -62,54 +62,54 @@ def replay(
     ] = None,
     running: Annotated[
         bool,
-        typer.Option('--running', help='In lockstep: never with nodes of its own.'),
+        typer.Option('--running', help='In lockstep: use running nodes, never start any.'),
     ] = False,
     domain: Domain = 0,
 ) -> None:  # fmt: skip
     """Replay a recording.
 
-    Exit codes: 0 done; 1 it failed, or the bag is not whole; 2 usage.
+    Exit codes: 0 done; 1 it failed, no frame was read, or the bag is damaged; 2 usage.
     """
     os.environ['ROS_DOMAIN_ID'] = str(domain)
-    with _sentences():
-        given = Options(
-            bag, rate, start, end, loop, pause, tuple(topics or ()), pairs(remap or (), '--remap'),
-            pairs(type_map or (), '--type-map'), clock, read_yaml(qos) if qos else {},
-            lockstep or bool(log), offline, log, params, running, domain,
+    with _error_messages():
+        options = ReplayOptions(
+            bag, rate, start, end, loop, pause, tuple(topics or ()),
+            parse_pairs(remap or (), '--remap'), parse_pairs(type_map or (), '--type-map'), clock,
+            read_yaml(qos) if qos else {}, lockstep or bool(log), offline, log, params, running,
+            domain,
         )  # fmt: skip
-        given.check()
-    with _sentences(failed=1):
-        raise typer.Exit(_run(given))
+        options.check()
+    with _error_messages(failed=1):
+        raise typer.Exit(_run(options))
 
 
-def _run(given: Options) -> int:
-    if given.offline:
-        return _offline(given)
-    # Only here: without a network there is no need of ROS.
-    from likeme_replay.ros import network_replay as playing_node
+def _run(options: ReplayOptions) -> int:
+    if options.offline:
+        return _replay_offline(options)
+    # Imported here: offline replays need no ROS.
+    from likeme_replay.ros import network_replay
 
-    if given.lockstep:
-        return playing_node.lockstep(given)
-    return playing_node.play(given)
+    if options.lockstep:
+        return network_replay.replay_in_lockstep(options)
+    return network_replay.play(options)
 
 
-def _offline(given: Options) -> int:
-    parameters, begin, end = given.of_bag()
-    source = adapted(given.remap, given.types)
-    replayed = replay_offline(given.bag, parameters, source, begin, end)
-    return conclude(given, replayed)
+def _replay_offline(options: ReplayOptions) -> int:
+    parameters, begin, end = options.read_bag_settings()
+    source = adapted_source(options.remap, options.types)
+    return report(options, replay_offline(options.bag, parameters, source, begin, end))
 
 
 @contextmanager
-def _sentences(failed: int = 2) -> Iterator[None]:
-    """Errors as one sentence and an exit code."""
+def _error_messages(failed: int = 2) -> Iterator[None]:
+    """Print errors as one sentence and exit with a code."""
     try:
         yield
     except BagError as error:
-        say(str(error))
+        print_message(str(error))
         raise typer.Exit(1) from None
     except (ValueError, OSError) as error:
-        say(' '.join(str(error).split()))
+        print_message(' '.join(str(error).split()))
         raise typer.Exit(failed) from None
     except KeyboardInterrupt:
         raise typer.Exit(130) from None

@@ -1,4 +1,4 @@
-"""What a user may ask of a replay, checked."""
+"""The options of `replay`, and what they imply for a bag."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from likeme_bags.reading import open_bag
-from likeme_replay import recorded_parameters as settings
+from likeme_replay import recorded_parameters
 
 
-class Options(NamedTuple):
+class ReplayOptions(NamedTuple):
     """The command line of `replay`; times in s after the first message."""
 
     bag: Path
@@ -31,7 +31,7 @@ class Options(NamedTuple):
     domain: int
 
     def check(self) -> None:
-        """Refuse what cannot go together.
+        """Refuse options that exclude each other.
 
         Raises:
             ValueError: with what was expected.
@@ -46,26 +46,28 @@ class Options(NamedTuple):
         timed = {'--rate': self.rate, '--pause': self.pause, '--clock': self.clock,
                  '--running': self.running}  # fmt: skip
         refused = {**alone, **timed} if self.offline else alone if self.lockstep else {}
-        way = '--offline' if self.offline else '--lockstep and --log'
+        mode = '--offline' if self.offline else '--lockstep and --log'
         for option, value in refused.items():
             if value:
-                raise ValueError(f'{way} take no {option}.')
+                raise ValueError(f'{mode} take no {option}.')
         if self.log is not None and str(self.log) != '-' and not self.log.parent.is_dir():
             raise ValueError(f'Expected a folder for --log, got {self.log.parent}.')
         if self.params is not None:
-            settings.from_file(self.params)
+            recorded_parameters.from_file(self.params)
 
-    def of_bag(self) -> tuple[settings.Parameters, int | None, int | None]:
-        """The nodes' parameters, and the log times (ns) between which records count.
+    def read_bag_settings(self) -> tuple[recorded_parameters.Parameters, int | None, int | None]:
+        """The nodes' parameters, and the log times (ns) of the first and the last record to use.
 
         Raises:
             BagError: the bag cannot be opened.
-            ValueError: what it says of parameters makes no sense.
+            ValueError: its recorded parameters are invalid.
         """
         with open_bag(self.bag) as bag:
-            parameters = settings.recorded(bag.custom)
+            parameters = recorded_parameters.recorded(bag.custom)
             begin = None if self.start is None else bag.start + round(self.start * 1e9)
             end = None if self.end is None else bag.start + round(self.end * 1e9)
         if self.params is not None:
-            parameters = settings.merged(parameters, settings.from_file(self.params))
+            parameters = recorded_parameters.merged(
+                parameters, recorded_parameters.from_file(self.params)
+            )
         return parameters, begin, end

@@ -1,31 +1,31 @@
-"""What a replay tells the user: its log, its warnings and its exit code."""
+"""The result of a replay for the user: log, warnings and exit code."""
 
 from __future__ import annotations
 
 import sys
 
-from likeme_replay.offline_replay import Replayed
-from likeme_replay.replay_options import Options
+from likeme_replay.offline_replay import ReplayResult
+from likeme_replay.replay_options import ReplayOptions
 
 
-def conclude(given: Options, replayed: Replayed) -> int:
-    """Write the log, say what is worth it; the exit code."""
-    if given.log is not None and str(given.log) != '-':
-        given.log.write_text(replayed.log, encoding='utf-8')
-    elif given.log is not None:
-        sys.stdout.write(replayed.log)
-    for sentence in (*replayed.warnings, *replayed.tally.remarks):
-        say(sentence)
-    tally = replayed.tally
-    say(f'{tally.frames} frames, {tally.entries} lines of log.')
-    if replayed.agreements:
-        say('; '.join(one.sentence for one in replayed.agreements) + '.')
-    if not tally.frames:
-        say('Expected frames to show, got none: nothing was replayed.')
+def report(options: ReplayOptions, result: ReplayResult) -> int:
+    """Write the log and print the warnings; the exit code."""
+    if options.log is not None and str(options.log) != '-':
+        options.log.write_text(result.log, encoding='utf-8')
+    elif options.log is not None:
+        sys.stdout.write(result.log)
+    counts = result.counts
+    for sentence in (*result.warnings, *counts.warnings):
+        print_message(sentence)
+    print_message(f'{counts.frames} frames, {counts.entries} lines of log.')
+    if result.agreements:
+        print_message('; '.join(one.sentence for one in result.agreements) + '.')
+    if counts.failure:
+        print_message(counts.failure)
         return 1
-    return 0 if replayed.complete and not tally.unreadable else 1
+    return 0 if result.complete and not counts.unreadable else 1
 
 
-def say(sentence: str) -> None:
-    """Tell the user, beside the log that may be on stdout."""
+def print_message(sentence: str) -> None:
+    """Print to stderr: stdout may hold the log."""
     print(f'replay: {sentence}', file=sys.stderr)

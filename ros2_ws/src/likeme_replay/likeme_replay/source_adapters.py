@@ -1,18 +1,19 @@
-"""Recordings of other cameras: topics renamed, types converted, so that the cell knows them."""
+"""Recordings of other cameras: topics renamed and types converted to those of the cell."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-from likeme_bags.adapting import Adaptation, camera_remap
+from likeme_bags.adapting import Adaptation
+from likeme_bags.camera_topics import camera_remap
 from likeme_bags.reading import Bag
 from likeme_bags.values import Record
-from likeme_replay.recorded_inputs import FRAME_DONE, HEARD, NEEDED, Source
+from likeme_replay.recorded_inputs import CAMERA_TOPICS, REPLAY_TOPICS, RecordSource
 
-ReadSource = Callable[[Bag, int | None, int | None], Source]
+ReadSource = Callable[[Bag, int | None, int | None], RecordSource]
 
 
-def pairs(given: Sequence[str], option: str) -> dict[str, str]:
+def parse_pairs(given: Sequence[str], option: str) -> dict[str, str]:
     """'FROM:=TO' texts as a mapping.
 
     Raises:
@@ -29,28 +30,30 @@ def pairs(given: Sequence[str], option: str) -> dict[str, str]:
     return found
 
 
-def adapted(remap: Mapping[str, str], types: Mapping[str, str]) -> ReadSource:
-    """How `Script` reads any bag: the known names of other drivers are found by themselves.
+def adapted_source(remap: Mapping[str, str], types: Mapping[str, str]) -> ReadSource:
+    """How a replay reads any bag: topic names of known drivers are found automatically.
 
     The source raises BagError for what cannot be used, with the topic, expected and got.
     """
 
-    def source(bag: Bag, start: int | None = None, end: int | None = None) -> Source:
-        # With types of one's own only the names that were given count.
+    def source(bag: Bag, start: int | None = None, end: int | None = None) -> RecordSource:
+        # With --type-map only the names that were given count.
         names = dict(remap) if types else camera_remap(bag, remap)
         adaptation = Adaptation(names, types)
-        topics = adaptation.topics(bag)
-        wanted = {*NEEDED, FRAME_DONE, HEARD}
-        chosen = [
-            old.name
-            for old, new in zip(bag.topics, topics, strict=True)
-            if new.name.lstrip('/') in wanted
-        ]
+        chosen, found = [], {}
+        for old, new in zip(bag.topics, adaptation.topics(bag), strict=True):
+            name = new.name.lstrip('/')
+            if REPLAY_TOPICS.get(name) == new.type:
+                found[name] = new.type
+                chosen.append(old.name)
+            elif name in CAMERA_TOPICS:
+                # For the error sentence, unless another topic of this name has the right type.
+                found.setdefault(name, new.type)
 
         def records() -> Iterator[Record]:
             for record in adaptation.records(bag, chosen, start, end):
                 yield record._replace(topic=record.topic.lstrip('/'))
 
-        return Source(str(bag.path), {t.name.lstrip('/'): t.type for t in topics}, records())
+        return RecordSource(str(bag.path), found, records())
 
     return source

@@ -1,118 +1,88 @@
-"""Thin callers of the cell's services, for people: `arm`, `show` and `cell`.
+"""CLI clients of the cell's services: `arm`, `show` and `cell`.
 
-Exit codes: 0 done, 1 it did not come about, 2 wrong usage, 3 the service is not there, 130 Ctrl-C.
+Exit codes: 0 done, 1 refused or failed, 2 wrong usage, 3 the service is not there, 130 Ctrl-C.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 from std_srvs.srv import Trigger
 
-from likeme_bringup.ros.service_client import Verdict, call, caller, next_table_state
+from likeme_bringup.enum_choice import choices, member
+from likeme_bringup.ros.service_client import CallResult, call, client_node, next_table_state
 from likeme_core.cli import Domain
-from likeme_msgs.msg import ObjectState, TableState
+from likeme_core.tabletop import Action, Manner, State
+from likeme_msgs.msg import TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
-
-
-class State(StrEnum):
-    """Where an object can be put; the names are ObjectState constants in lower case."""
-
-    LEFT = 'left'
-    RIGHT = 'right'
-    OFFTABLE = 'offtable'
-
-    @property
-    def number(self) -> int:
-        """The constant of ObjectState."""
-        return int(getattr(ObjectState, self.name))
-
-
-class Manner(StrEnum):
-    """How an object is moved."""
-
-    PLACE = 'place'
-    PUSH = 'push'
-
-
-class Action(StrEnum):
-    """The six actions; the names are ExecuteAction constants in lower case."""
-
-    PLACE_LEFT = 'place_left'
-    PLACE_RIGHT = 'place_right'
-    PLACE_OFFTABLE = 'place_offtable'
-    PUSH_LEFT = 'push_left'
-    PUSH_RIGHT = 'push_right'
-    PUSH_OFFTABLE = 'push_offtable'
-
-    @property
-    def number(self) -> int:
-        """The constant of ExecuteAction."""
-        return int(getattr(ExecuteAction.Request, self.name))
-
 
 Network = Annotated[
     bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
 ]
-STATE_NAMES = {state.number: state.value for state in State}
 
 
-def check_start(table: TableState | None, name: str, start: State) -> Verdict:
+def state_name(state: int) -> str:
+    """The name of a state on the command line."""
+    return State(state).name.lower() if state in tuple(State) else 'in an unknown state'
+
+
+def check_start(table: TableState | None, name: str, start: State) -> CallResult:
     """Whether the camera sees the object where the demonstration is to begin."""
     if table is None:
-        return Verdict(
-            3, 'Nobody publishes table_state: is perception running? (--force goes on unseen.)'
+        return CallResult(
+            3, 'Nobody publishes table_state: is perception running? (--force does without.)'
         )
     states = {item.name: item.state for item in table.objects}
     if name not in states:
-        return Verdict(1, f'The camera knows {", ".join(sorted(states))}, not {name}.')
-    if states[name] != start.number:
-        seen = STATE_NAMES.get(states[name], 'in an unknown place')
-        return Verdict(
-            1,
-            f'The camera sees the {name} {seen}, not {start.value}; --force goes on all the same.',
+        return CallResult(1, f'The camera knows {", ".join(sorted(states))}, not {name}.')
+    if states[name] != start:
+        seen, expected = state_name(states[name]), state_name(start)
+        return CallResult(
+            1, f'The camera sees the {name} {seen}, not {expected}; --force shows it anyway.'
         )
-    return Verdict(0, '')
+    return CallResult(0, '')
 
 
 def arm_command(
-    action: Annotated[Action, typer.Argument(help='What to do.')],
+    action: Annotated[str, typer.Argument(metavar='ACTION', help=f'{choices(Action)}.')],
     object_name: Annotated[str, typer.Argument(metavar='OBJECT', help='pear, lemon or chicken.')],
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
     """Let the robot do one action, e.g. `arm push_left pear`."""
-    with caller(network, domain) as node:
-        request = ExecuteAction.Request(object=object_name, action=action.number)
-        end(call(node, ExecuteAction, 'arm/execute_action', request))
+    request = ExecuteAction.Request(object=object_name, action=int(member(Action, action)))
+    with client_node(network, domain) as node:
+        report(call(node, ExecuteAction, 'arm/execute_action', request))
 
 
 def show_command(
     object_name: Annotated[str, typer.Argument(metavar='OBJECT', help='pear, lemon or chicken.')],
-    start: Annotated[State, typer.Argument(metavar='FROM', help='Where it is now.')],
-    target: Annotated[State, typer.Argument(metavar='TO', help='Where to move it.')],
-    by: Annotated[Manner, typer.Option(help='Lift it or push it.')] = Manner.PLACE,
+    start: Annotated[
+        str, typer.Argument(metavar='FROM', help=f'Where it is now: {choices(State)}.')
+    ],
+    target: Annotated[str, typer.Argument(metavar='TO', help='Where to move it.')],
+    by: Annotated[str, typer.Option(help=f'How to move it: {choices(Manner)}.')] = 'place',
     force: Annotated[
-        bool, typer.Option('--force', help='Go on even if the camera sees it elsewhere.')
+        bool, typer.Option('--force', help='Show it even if the camera sees it elsewhere.')
     ] = False,
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
-    """Let the simulated person show an act, e.g. `show pear left right --by push`."""
-    if start == target:
-        raise typer.BadParameter(f'expected two different states, got {start.value} twice.')
-    with caller(network, domain) as node:
+    """Let the simulated person move an object, e.g. `show pear left right --by push`."""
+    x_i, x_f = member(State, start), member(State, target)
+    if x_i is x_f:
+        raise typer.BadParameter(f'expected two different states, got {start} twice.')
+    action = Action.of(member(Manner, by), x_f)
+    with client_node(network, domain) as node:
         if not force:
-            verdict = check_start(next_table_state(node), object_name, start)
-            if verdict.code:
-                end(verdict)
-        action = Action[f'{by.name}_{target.name}']
-        request = ExecuteAction.Request(object=object_name, action=action.number)
-        end(call(node, ExecuteAction, 'human/execute_action', request))
+            seen = check_start(next_table_state(node), object_name, x_i)
+            if seen.code:
+                report(seen)
+        request = ExecuteAction.Request(object=object_name, action=int(action))
+        report(call(node, ExecuteAction, 'human/execute_action', request))
 
 
 def reset_command(
@@ -124,39 +94,39 @@ def reset_command(
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
-    """Set the table up anew; without places, as this run of the cell had it first."""
+    """Set the table up; without places, as at the start of this run of the cell."""
     pairs = [parse_place(text) for text in places or ()]
     request = ResetCell.Request(
-        objects=[name for name, _ in pairs], states=[state.number for _, state in pairs], seed=seed
+        objects=[name for name, _ in pairs], states=[int(state) for _, state in pairs], seed=seed
     )
-    with caller(network, domain) as node:
-        end(call(node, ResetCell, 'cell/reset', request))
+    with client_node(network, domain) as node:
+        report(call(node, ResetCell, 'cell/reset', request))
 
 
 def parse_place(text: str) -> tuple[str, State]:
     """`pear=left` as a name and a state."""
     name, _, state = text.partition('=')
-    if not name or state not in tuple(State):
-        raise typer.BadParameter(f'expected OBJECT=left, right or offtable, got "{text}".')
-    return name, State(state)
+    if not name or not state:
+        raise typer.BadParameter(f'expected OBJECT=STATE, got {text!r}.')
+    return name, member(State, state)
 
 
 def hold_command(network: Network = False, domain: Domain = 0) -> None:
-    """Stop every motion at once; an interrupted action reports so."""
-    with caller(network, domain) as node:
-        end(call(node, Trigger, 'cell/hold', Trigger.Request()))
+    """Stop every motion at once; the action in progress ends as HELD."""
+    with client_node(network, domain) as node:
+        report(call(node, Trigger, 'cell/hold', Trigger.Request()))
 
 
 def resume_command(network: Network = False, domain: Domain = 0) -> None:
-    """Go on after a hold."""
-    with caller(network, domain) as node:
-        end(call(node, Trigger, 'cell/resume', Trigger.Request()))
+    """Allow motion again after a hold."""
+    with client_node(network, domain) as node:
+        report(call(node, Trigger, 'cell/resume', Trigger.Request()))
 
 
-def end(verdict: Verdict) -> None:
-    """Say it and leave with its code."""
-    print(verdict.sentence, file=sys.stderr if verdict.code else sys.stdout)
-    raise typer.Exit(verdict.code)
+def report(result: CallResult) -> NoReturn:
+    """Print the message and exit with the code."""
+    print(result.message, file=sys.stderr if result.code else sys.stdout)
+    raise typer.Exit(result.code)
 
 
 def application(*commands: tuple[str, Callable[..., None]]) -> typer.Typer:

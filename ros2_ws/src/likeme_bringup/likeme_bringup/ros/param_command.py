@@ -1,4 +1,4 @@
-"""Looking at and changing the parameters of running nodes, in the words of `ros2 param`.
+"""CLI client of node parameters: `list`, `get` and `set`, as `ros2 param` has them.
 
 Exit codes: 0 done, 1 refused, 2 wrong usage, 3 the node is not there, 130 Ctrl-C.
 """
@@ -17,8 +17,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-from likeme_bringup.ros.cell_commands import Network, application, end
-from likeme_bringup.ros.service_client import PATIENCE, Verdict, caller, domain_of
+from likeme_bringup.ros.cell_commands import Network, application, report
+from likeme_bringup.ros.service_client import DISCOVERY_TIMEOUT, CallResult, client_node, domain_of
 from likeme_core.cli import Domain
 
 NodeName = Annotated[str, typer.Argument(metavar='NODE', help='e.g. inference_node.')]
@@ -26,27 +26,27 @@ Name = Annotated[str, typer.Argument(metavar='NAME', help='Of the parameter.')]
 
 
 def list_command(node_name: NodeName, network: Network = False, domain: Domain = 0) -> None:
-    """Every parameter of a node, with its value and what it means."""
-    with asked(node_name, network, domain) as parameters:
+    """Every parameter of a node, with its value and description."""
+    with parameters_of(node_name, network, domain) as parameters:
         names = sorted(parameters.names())
         lines = [
-            f'{about.name}: {flow(value)}   # {about.description.rstrip(".")}{span(about)}'
+            f'{about.name}: {flow(value)}   # {about.description.rstrip(".")}{limits(about)}'
             for about, value in zip(
-                parameters.described(names), parameters.values(names), strict=True
+                parameters.descriptions(names), parameters.values(names), strict=True
             )
             if about.description
         ]
-    end(Verdict(0, '\n'.join(lines)))
+    report(CallResult(0, '\n'.join(lines)))
 
 
 def get_command(
     node_name: NodeName, name: Name, network: Network = False, domain: Domain = 0
 ) -> None:
     """The value of one parameter."""
-    with asked(node_name, network, domain) as parameters:
-        parameters.one(name)
+    with parameters_of(node_name, network, domain) as parameters:
+        parameters.description(name)
         (value,) = parameters.values([name])
-    end(Verdict(0, flow(value)))
+    report(CallResult(0, flow(value)))
 
 
 def set_command(
@@ -56,13 +56,13 @@ def set_command(
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
-    """Change one parameter; nodes take it up at once, or with their next decision."""
-    with asked(node_name, network, domain) as parameters:
-        about = parameters.one(name)
-        answer = parameters.set(name, meant(value, about))
+    """Change one parameter; nodes use it at once, or from their next decision on."""
+    with parameters_of(node_name, network, domain) as parameters:
+        about = parameters.description(name)
+        answer = parameters.set(name, parsed(value, about))
     if not answer.successful:
-        end(Verdict(1, answer.reason or f'{node_name} refused.'))
-    end(Verdict(0, f'{node_name}: {name} is {value} now.'))
+        report(CallResult(1, answer.reason or f'{node_name} refused.'))
+    report(CallResult(0, f'{node_name}: {name} is {value} now.'))
 
 
 class Parameters:
@@ -71,14 +71,14 @@ class Parameters:
     def __init__(self, node: Node, name: str) -> None:
         self._node, self._name = node, name
         self._client = AsyncParameterClient(node, name)
-        if not self._client.wait_for_services(PATIENCE):
-            end(Verdict(3, f'There is no node {name} on ROS domain {domain_of(node)}.'))
+        if not self._client.wait_for_services(DISCOVERY_TIMEOUT):
+            report(CallResult(3, f'There is no node {name} on ROS domain {domain_of(node)}.'))
 
     def names(self) -> list[str]:
-        """All of them."""
+        """Names of all."""
         return list(self._answer(self._client.list_parameters()).result.names)
 
-    def described(self, names: list[str]) -> list[ParameterDescriptor]:
+    def descriptions(self, names: list[str]) -> list[ParameterDescriptor]:
         """Type, description and range of each."""
         return list(self._answer(self._client.describe_parameters(names)).descriptors)
 
@@ -88,32 +88,34 @@ class Parameters:
         return [parameter_value_to_python(value) for value in answer.values]
 
     def set(self, name: str, value: Any) -> Any:
-        """Change one; what the node says to it."""
+        """Change one; the result of the node."""
         return self._answer(self._client.set_parameters([Parameter(name, value=value)])).results[0]
 
-    def one(self, name: str) -> ParameterDescriptor:
-        """What a parameter is; ends with a sentence if there is none of this name."""
+    def description(self, name: str) -> ParameterDescriptor:
+        """Type, description and range of one; exits with a message if there is none."""
         names = self.names()
         if name not in names:
-            end(Verdict(2, f'{self._name} has no parameter {name}: {", ".join(sorted(names))}.'))
-        return self.described([name])[0]
+            report(
+                CallResult(2, f'{self._name} has no parameter {name}: {", ".join(sorted(names))}.')
+            )
+        return self.descriptions([name])[0]
 
     def _answer(self, future: Any) -> Any:
-        rclpy.spin_until_future_complete(self._node, future, timeout_sec=PATIENCE)
+        rclpy.spin_until_future_complete(self._node, future, timeout_sec=DISCOVERY_TIMEOUT)
         if not future.done():
-            end(Verdict(3, f'{self._name} gave no answer within {PATIENCE:g} s.'))
+            report(CallResult(3, f'{self._name} gave no answer within {DISCOVERY_TIMEOUT:g} s.'))
         return future.result()
 
 
 @contextmanager
-def asked(node_name: str, network: bool, domain: int) -> Iterator[Parameters]:
+def parameters_of(node_name: str, network: bool, domain: int) -> Iterator[Parameters]:
     """The parameters of a running node."""
-    with caller(network, domain) as node:
+    with client_node(network, domain) as node:
         yield Parameters(node, node_name)
 
 
-def meant(text: str, about: ParameterDescriptor) -> Any:
-    """A value as YAML has it; 1 is a number with a point where one is wanted.
+def parsed(text: str, about: ParameterDescriptor) -> Any:
+    """A value parsed as YAML; whole numbers become floats where the parameter is one.
 
     Raises:
         typer.BadParameter: it is no YAML.
@@ -138,7 +140,7 @@ def flow(value: Any) -> str:
     return text.removesuffix('\n').removesuffix('\n...')
 
 
-def span(about: ParameterDescriptor) -> str:
+def limits(about: ParameterDescriptor) -> str:
     """The permitted range in words, or nothing."""
     ranges = [*about.floating_point_range, *about.integer_range]
     return f' ({ranges[0].from_value:.6g} to {ranges[0].to_value:.6g})' if ranges else ''

@@ -1,4 +1,4 @@
-"""Calling one service of a running cell from a short-lived node, and saying what came of it."""
+"""Calls a service of a running cell once, from a short-lived node."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from rclpy.node import Node
 
 from likeme_msgs.msg import TableState
 
-# Seconds to wait for a service or for the first table state: with the start of Python, a caller
-# without a cell says so within 10.
-PATIENCE = 8.0
-# No motion takes longer, s: whoever served it was replaced by another meanwhile.
-LONGEST = 180.0
-# How often a pending call looks whether its server is still alive, s.
-GLANCE = 0.5
+# For a service or a first message to appear, s. With the start of Python, a caller reports within
+# 10 s that there is no cell.
+DISCOVERY_TIMEOUT = 8.0
+# For an answer, s. No motion takes longer: its server was replaced by another one meanwhile.
+ANSWER_TIMEOUT = 180.0
+# Between two checks that the server still exists, s.
+POLL_PERIOD = 0.5
 
 
-class Verdict(NamedTuple):
-    """What to tell the caller, and the exit code."""
+class CallResult(NamedTuple):
+    """Exit code of a caller, and the message it prints."""
 
     code: int
-    sentence: str
+    message: str
 
 
 @contextmanager
-def caller(network: bool, domain: int) -> Iterator[Node]:
+def client_node(network: bool, domain: int) -> Iterator[Node]:
     """A short-lived node."""
     if network:
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
@@ -44,44 +44,44 @@ def caller(network: bool, domain: int) -> Iterator[Node]:
         rclpy.try_shutdown()
 
 
-def call(node: Node, kind: Any, name: str, request: Any) -> Verdict:
-    """Call a service whose answer has `success` and `message`."""
+def call(node: Node, kind: Any, name: str, request: Any) -> CallResult:
+    """Call a service whose response has `success` and `message`."""
     client = node.create_client(kind, name)
-    if not client.wait_for_service(timeout_sec=PATIENCE):
-        return Verdict(
+    if not client.wait_for_service(timeout_sec=DISCOVERY_TIMEOUT):
+        return CallResult(
             3, f'Nobody serves {name} on ROS domain {domain_of(node)}: is the cell running?'
         )
     future = client.call_async(request)
     try:
-        return answer_of(node, client, future)
+        return _wait_for_response(node, client, future)
     except (KeyboardInterrupt, ExternalShutdownException):
-        return Verdict(
-            130, f'No longer waiting for {name}. What it began goes on; `cell.sh hold` stops it.'
+        return CallResult(
+            130, f'No longer waiting for {name}. A motion goes on; `cell.sh hold` stops it.'
         )
 
 
-def answer_of(node: Node, client: Any, future: Any) -> Verdict:
-    """Wait for an answer as long as there is hope for one."""
-    deadline = time.monotonic() + LONGEST
+def _wait_for_response(node: Node, client: Any, future: Any) -> CallResult:
+    """Wait until the response comes, its server is gone, or ANSWER_TIMEOUT has passed."""
+    deadline = time.monotonic() + ANSWER_TIMEOUT
     while not future.done():
-        rclpy.spin_until_future_complete(node, future, timeout_sec=GLANCE)
+        rclpy.spin_until_future_complete(node, future, timeout_sec=POLL_PERIOD)
         if not future.done() and not client.service_is_ready():
-            return Verdict(3, f'{client.srv_name} went away before it answered.')
+            return CallResult(3, f'{client.srv_name} went away before it answered.')
         if not future.done() and time.monotonic() > deadline:
-            return Verdict(3, f'{client.srv_name} gave no answer within {LONGEST:g} s.')
-    answer = future.result()
-    return Verdict(0 if answer.success else 1, answer.message)
+            return CallResult(3, f'{client.srv_name} gave no answer within {ANSWER_TIMEOUT:g} s.')
+    response = future.result()
+    return CallResult(0 if response.success else 1, response.message)
 
 
 def next_table_state(node: Node) -> TableState | None:
-    """The next table state, or None when none comes in time."""
-    seen: list[TableState] = []
-    subscription = node.create_subscription(TableState, 'table_state', seen.append, 1)
-    deadline = time.monotonic() + PATIENCE
-    while not seen and time.monotonic() < deadline:
-        rclpy.spin_once(node, timeout_sec=GLANCE)
+    """The next table state, or None if none comes in time."""
+    received: list[TableState] = []
+    subscription = node.create_subscription(TableState, 'table_state', received.append, 1)
+    deadline = time.monotonic() + DISCOVERY_TIMEOUT
+    while not received and time.monotonic() < deadline:
+        rclpy.spin_once(node, timeout_sec=POLL_PERIOD)
     node.destroy_subscription(subscription)
-    return seen[0] if seen else None
+    return received[0] if received else None
 
 
 def domain_of(node: Node) -> int:

@@ -120,6 +120,8 @@ def _learn(campaign: Campaign, place: str | None, learn: Learn) -> int:
     try:
         with closing(open_store(place)) as store:
             progress = Progress(campaign, store)
+            if progress.done != progress.total:
+                store.check_writable()
             reporter = TrialReporter(progress, console)
             with reporter.shown():
                 try:

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 import cv2
 
 from likeme_arm_sim.cell import CellSettings
-from likeme_arm_sim.offline import lone_cell
+from likeme_arm_sim.headless_trial import single_object_cell
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_experiments.learning.cell_perception import CellPerception
 from likeme_experiments.learning.robot_identity import simulated_robot
@@ -34,7 +34,7 @@ class TrialCell:
     def __init__(self, name: str, settings: CellSettings | None = None) -> None:
         """name: of the object. settings: of the cell, but for its initial states."""
         self._name = name
-        self._cell = lone_cell(name, settings)
+        self._cell = single_object_cell(name, settings)
         self._config, self._known = PerceptionConfig(), load_catalogue()
         self._cell.restart(BODY_SEED)
         first = CellPerception(self._cell, self._config, self._known, None)

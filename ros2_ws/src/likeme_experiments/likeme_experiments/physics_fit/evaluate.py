@@ -10,7 +10,11 @@ from typing import NamedTuple
 
 import cv2
 
-from likeme_arm_sim.offline import final_states, lone_cell, settings_with
+from likeme_arm_sim.headless_trial import (
+    count_final_states,
+    settings_from_parameters,
+    single_object_cell,
+)
 from likeme_experiments.learning.trial_cell import TrialCell
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
 from likeme_experiments.physics_fit.table_rows import TableRow
@@ -38,9 +42,9 @@ def evaluate_row(
     values: Mapping[str, float], row: TableRow, trials: int, first: int = FRESH
 ) -> RowEvaluation:
     """Try one row with the seeds from `first` on."""
-    cell = lone_cell(row.name, settings_with(values))
+    cell = single_object_cell(row.name, settings_from_parameters(values))
     seeds = range(first, first + trials)
-    counts = final_states(cell, row.name, row.x_i, row.action, seeds)
+    counts = count_final_states(cell, row.name, row.x_i, row.action, seeds)
     return RowEvaluation(row, counts, multinomial_p_value(row.real, smoothed(counts)))
 
 
@@ -51,7 +55,7 @@ def evaluate_row_by_camera(
     # One trial uses one core; OpenCV's threads would compete with the other trials.
     cv2.setNumThreads(1)
     pair, ends = Pair(row.name, row.x_i, row.action), [0, 0, 0]
-    with closing(TrialCell(row.name, settings_with(values))) as cell:
+    with closing(TrialCell(row.name, settings_from_parameters(values))) as cell:
         for repetition in range(trials):
             ends[cell.run(TrialKey('judged', 'judged', pair, repetition), first).x_f] += 1
     counts = (ends[0], ends[1], ends[2])

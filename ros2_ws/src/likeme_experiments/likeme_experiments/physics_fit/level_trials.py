@@ -12,7 +12,11 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from likeme_arm_sim.offline import final_states, lone_cell, settings_with
+from likeme_arm_sim.headless_trial import (
+    count_final_states,
+    settings_from_parameters,
+    single_object_cell,
+)
 from likeme_experiments import json_lines
 from likeme_experiments.physics_fit.search import Counts
 from likeme_experiments.physics_fit.table_rows import TableRow
@@ -40,8 +44,8 @@ def try_level(
 ) -> LevelTrials:
     """Trials of the rows of one toy, with the same seeds for every row and level."""
     name = mine[0].name
-    cell = lone_cell(name, settings_with(values))
-    counts = {str(r): final_states(cell, name, r.x_i, r.action, seeds) for r in mine}
+    cell = single_object_cell(name, settings_from_parameters(values))
+    counts = {str(r): count_final_states(cell, name, r.x_i, r.action, seeds) for r in mine}
     return LevelTrials(step, parameter, values[parameter], name, counts)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from likeme_arm_sim.fitted import FITTED
+from likeme_arm_sim.fitted_parameters import FITTED
 from likeme_arm_sim.scene import OBJECTS
 from likeme_core.tabletop import Manner, State
 from likeme_experiments.physics_fit.deviance import deviance

@@ -25,6 +25,7 @@ from likeme_experiments.learning.trial_observation import (
 )
 from likeme_inference import messages
 from likeme_inference.experience.trial import Place, Trial, TrialKey
+from likeme_inference.session_inputs import read_motion
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -106,7 +107,7 @@ class ExplorerNode(Node):
         expires = self._now() + round(EXPIRY * SECOND)
         request = messages.execute_request(name, action, expires)
         answer = self._call(self._arm, request, MOTION_TIMEOUT)
-        report = messages.read_motion(answer)
+        report = read_motion(answer)
         require_counted_motion(report)
         x_f, after = state_and_place(
             self._settled_table(max(report.finished, self._now()) + 1), name

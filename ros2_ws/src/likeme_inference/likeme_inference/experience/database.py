@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +14,12 @@ from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, SQLAlchemyError
 
 from likeme_inference.experience.schema import SCHEMA_VERSION, about, metadata
+from likeme_inference.experience.sqlite_file import (
+    copy_in_memory,
+    file_of,
+    is_read_only,
+    readable_in_place,
+)
 
 #: The value of the engine's option `begin` for a transaction that will write.
 FOR_WRITING = 'BEGIN IMMEDIATE'
@@ -60,7 +67,7 @@ def open_engine(url: URL, create: bool, patience: float) -> Engine:
     """
     _check_file(url, create)
     try:
-        engine = create_engine(url, connect_args=_connect_args(url, patience))
+        engine = create_engine(url, **_engine_options(url, patience))
     except (NoSuchModuleError, ModuleNotFoundError, ArgumentError) as error:
         raise StoreError(f'{shown(url)}: no driver for this database: {error}.') from None
     if url.get_backend_name() == 'sqlite':
@@ -79,6 +86,8 @@ def refusing(url: URL, patience: float) -> Iterator[None]:
         raise StoreError(_sentence(url, ' '.join(str(error.orig).split()), patience)) from error
     except SQLAlchemyError as error:
         raise StoreError(f'{shown(url)}: {" ".join(str(error).split())}.') from error
+    except OSError as error:
+        raise StoreError(f'{shown(url)} cannot be read: {error.strerror}.') from error
 
 
 def _sentence(url: URL, reason: str, patience: float) -> str:
@@ -87,6 +96,8 @@ def _sentence(url: URL, reason: str, patience: float) -> str:
         return f'{where} is locked: somebody else has been writing for more than {patience:g} s.'
     if 'not a database' in reason:
         return f'{where}: expected an SQLite database, got a file of another kind.'
+    if 'readonly' in reason:
+        return f'{where} cannot be written to: the file or its folder is read-only.'
     if 'malformed' in reason or 'corrupt' in reason:
         return f'{where} is damaged ({reason}): nothing was changed.'
     return f'{where}: {reason.rstrip(".")}.'
@@ -94,18 +105,38 @@ def _sentence(url: URL, reason: str, patience: float) -> str:
 
 def _check_file(url: URL, create: bool) -> None:
     """SQLite would make any file that is asked for, and says little where it cannot."""
-    if url.get_backend_name() != 'sqlite' or url.database in (None, '', ':memory:'):
+    path = file_of(url)
+    if path is None:
         return
-    path = Path(str(url.database))
     if path.is_dir() or not path.parent.is_dir():
         kind = 'a folder' if path.is_dir() else f'no folder {path.parent}'
         raise StoreError(f'{path}: expected a database file, got {kind}.')
     if not create and not path.exists():
         raise StoreError(f'{path}: there is no experience yet.')
+    if not path.exists() and not os.access(path.parent, os.W_OK):
+        raise StoreError(f'{path} cannot be made: its folder is read-only.')
+    if path.exists() and not os.access(path, os.R_OK):
+        raise StoreError(f'{path} cannot be read: permission denied.')
 
 
-def _connect_args(url: URL, patience: float) -> dict[str, Any]:
-    return {'timeout': patience} if url.get_backend_name() == 'sqlite' else {}
+def check_writable(url: URL) -> None:
+    """Refuse a database that can be read alone, before there is something to write.
+
+    Raises:
+        StoreError: it is an SQLite file that may not be written to, or in such a folder.
+    """
+    path = file_of(url)
+    if path is not None and is_read_only(path):
+        raise StoreError(_sentence(url, 'readonly', 0))
+
+
+def _engine_options(url: URL, patience: float) -> dict[str, Any]:
+    if url.get_backend_name() != 'sqlite':
+        return {}
+    path = file_of(url)
+    if path is None or readable_in_place(path):
+        return {'connect_args': {'timeout': patience}}
+    return {'creator': lambda: copy_in_memory(path)}
 
 
 def _speak_sqlite(engine: Engine) -> None:

@@ -15,6 +15,7 @@ from likeme_core.tabletop import Action, State
 from likeme_inference.experience.database import (
     FOR_WRITING,
     StoreError,
+    check_writable,
     open_engine,
     refusing,
     shown,
@@ -81,6 +82,14 @@ class ExperienceStore:
     def close(self) -> None:
         """Close the connections."""
         self._engine.dispose()
+
+    def check_writable(self) -> None:
+        """Refuse a store that can be read alone, before trials are made for it.
+
+        Raises:
+            StoreError: its file or folder is read-only.
+        """
+        check_writable(self._url)
 
     def record(self, trials: Iterable[Trial]) -> Recorded:
         """Record trials; those recorded before are not changed.

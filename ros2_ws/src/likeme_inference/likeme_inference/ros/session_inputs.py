@@ -1,83 +1,140 @@
-"""How the inference node hears: at once, or in a replay each thing at its cue."""
+"""The inputs of the inference node's session, and the node's side of the replay protocol."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from rclpy.node import Node
 from std_msgs.msg import Header
 
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_inference.input_sequencer import Cue, Input, Rehearsal
-from likeme_msgs.msg import Heard
+from likeme_inference.input_sequencer import InputSequencer
+from likeme_inference.messages import motion_fields
+from likeme_inference.ros.diagnostics import Health
+from likeme_inference.session_inputs import (
+    CameraSilence,
+    InputKind,
+    InputValue,
+    OperatorAnswer,
+    SessionEvent,
+    SessionInput,
+    read_demonstration,
+    read_heard,
+    read_table,
+)
+from likeme_inference.tabletop.values import MotionReport
+from likeme_msgs.msg import Demonstration, Heard, TableState
 
-DEPTH = 100
+QUEUE_DEPTH = 100
+#: Fields of Heard that an input without a topic of its own is acknowledged with.
+HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'message')
+#: Names of the topics' messages in diagnostics.
+COUNTED = {InputKind.DEMONSTRATION: 'demonstrations', InputKind.TABLE_STATE: 'table states'}
 
 
-class Hearing:
-    """Announces each thing a session takes in, and holds things back for a replay's cues.
+class SessionInputs:
+    """Receives the inputs of a session, applies them and acknowledges each one on `heard`.
 
-    Publishes heard (Heard, reliable 100), subscribes hear_again (Heard, reliable 100), on behalf
-    of its node.
+    Live, an input is applied when it arrives. While replayed, messages wait until `hear_again`
+    names them, and what arm and operator said comes from `hear_again` alone; see
+    docs/replay_protocol.md.
+
+    Publishes heard (Heard, reliable 100). Subscribes demonstration (reliable 10), table_state
+    (reliable 1), hear_again (Heard, reliable 100). All on behalf of its node.
 
     Attributes:
-        inputs: things taken in since the session began.
+        replayed: whether all inputs come from a recording.
+        count: inputs since the session began.
     """
 
-    def __init__(self, node: Node, replayed: bool, hear_again: Callable[[Input, Heard], None]):
-        """hear_again: takes in what came by no topic in the recorded run; announces it itself."""
-        self.inputs = 0
-        self._rehearsal = Rehearsal(replayed)
-        self._takes: dict[Input, Callable[[Any], None]] = {}
-        self._hear_again = hear_again
-        self._node = node
-        self._heard_pub = node.create_publisher(Heard, 'heard', DEPTH)
-        node.create_subscription(Heard, 'hear_again', self._on_cue, DEPTH)
+    def __init__(
+        self, node: Node, replayed: bool, health: Health,
+        apply: Callable[[InputValue], list[SessionEvent]],
+        publish: Callable[[SessionEvent], None], last_view: Callable[[], int],
+    ) -> None:  # fmt: skip
+        """apply: applies an input to the session; ValueError if it is refused.
 
-    @property
-    def replayed(self) -> bool:
-        """Whether everything comes from a recording."""
-        return self._rehearsal.on
-
-    def begin(self, replayed: bool) -> None:
-        """Hear for a new session."""
-        self._rehearsal.begin(replayed)
-        self.inputs = 0
-
-    def subscribe(
-        self, kind: Input, message: type, topic: str, take: Callable[[Any], None], depth: int
-    ) -> None:
-        """Have `take` called with what a topic brings, when it is its turn."""
-        self._takes[kind] = take
-
-        def stamp_of(msg: Any) -> int:
-            return stamp_ns(msg.header.stamp)
-
-        gate = self._rehearsal.gate(kind, stamp_of, take, self._play)
-        self._node.create_subscription(message, topic, gate, depth)
-
-    def announce(self, kind: Input, view: int, events: int, **fields: Any) -> None:
-        """Say what was taken in.
-
-        view: stamp of the newest table state then, ns, unless `header` is given. events: beliefs,
-        decisions and outcomes so far.
+        publish: takes each event. last_view: stamp of the session's newest table state, ns.
         """
-        self.inputs += 1
-        header = fields.pop('header', None) or Header(stamp=time_msg(view))
-        heard = Heard(header=header, kind=int(kind), number=self.inputs, events=events, **fields)
-        self._heard_pub.publish(heard)
+        self._logger, self._health = node.get_logger(), health
+        self._apply, self._publish, self._last_view = apply, publish, last_view
+        self.restart(replayed)
+        self._heard_pub = node.create_publisher(Heard, 'heard', QUEUE_DEPTH)
+        for kind, message, topic, depth in (
+            (InputKind.DEMONSTRATION, Demonstration, 'demonstration', 10),
+            (InputKind.TABLE_STATE, TableState, 'table_state', 1),
+        ):
+            node.create_subscription(message, topic, partial(self._on_message, kind), depth)
+        node.create_subscription(Heard, 'hear_again', self._on_hear_again, QUEUE_DEPTH)
 
-    def _on_cue(self, cue: Heard) -> None:
-        if self.replayed and cue.kind in set(Input):
-            stamp = stamp_ns(cue.header.stamp)
-            self._rehearsal.add(Cue(Input(cue.kind), stamp, cue))
-            self._play()
+    def restart(self, replayed: bool) -> None:
+        """Begin with a new session."""
+        self.replayed, self.count = replayed, 0
+        self._sequencer = InputSequencer()
 
-    def _play(self) -> None:
-        """Take in what it is the turn of."""
-        for cue, msg in self._rehearsal.ready():
-            if cue.kind in self._takes:
-                self._takes[cue.kind](msg)
+    def motion(self, report: MotionReport) -> None:
+        """Apply the arm's report."""
+        self._take(InputKind.MOTION, lambda: report, **motion_fields(report))
+
+    def answer(self, answer: OperatorAnswer) -> None:
+        """Apply an operator's answer."""
+        fields = {'answer': int(answer.reply), 'message': answer.answered_by}
+        self._take(InputKind.ANSWER, lambda: answer, **fields)
+
+    def silence(self) -> None:
+        """Apply that the camera shows nothing new."""
+        self._take(InputKind.SILENCE, CameraSilence)
+
+    def _on_message(self, kind: InputKind, msg: Any) -> None:
+        if not self.replayed:
+            self._take_message(kind, msg)
+            return
+        self._sequencer.add_message(kind, stamp_ns(msg.header.stamp), msg)
+        self._take_ready()
+
+    def _on_hear_again(self, heard: Heard) -> None:
+        if self.replayed and heard.kind in set(InputKind):
+            stamp = stamp_ns(heard.header.stamp)
+            self._sequencer.add_input(SessionInput(InputKind(heard.kind), stamp, heard))
+            self._take_ready()
+
+    def _take_ready(self) -> None:
+        for kind, _, msg in self._sequencer.ready():
+            if kind.has_topic:
+                self._take_message(kind, msg)
+            elif kind is InputKind.NOTHING:
+                self._acknowledge(kind)
             else:
-                self._hear_again(cue.kind, cue.said)
+                fields = {name: getattr(msg, name) for name in HEARD_FIELDS}
+                self._take(kind, partial(read_heard, kind, msg), **fields)
+
+    def _take_message(self, kind: InputKind, msg: Any) -> None:
+        read = read_table if kind is InputKind.TABLE_STATE else read_demonstration
+        self._take(kind, partial(read, msg), header=msg.header)
+
+    def _take(self, kind: InputKind, read: Callable[[], InputValue], **fields: Any) -> None:
+        events: list[SessionEvent] = []
+        try:
+            events = self._apply(read())
+        except ValueError as error:
+            fields['refused'] = True
+            if kind in COUNTED:
+                self._health.drop(COUNTED[kind], error)
+            else:
+                self._logger.warning(f'{kind.name} does not fit the session: {error}')
+        else:
+            if kind in COUNTED:
+                self._health.counts[COUNTED[kind]] += 1
+        for event in events:
+            self._publish(event)
+        self._acknowledge(kind, **fields)
+
+    def _acknowledge(self, kind: InputKind, **fields: Any) -> None:
+        self.count += 1
+        header = fields.pop('header', None) or Header(stamp=time_msg(self._last_view()))
+        events = self._health.counts['events']
+        self._heard_pub.publish(
+            Heard(header=header, kind=int(kind), number=self.count, events=events, **fields)
+        )

@@ -1,4 +1,4 @@
-"""Plays a bag into the graph as it was recorded: raw bytes, recorded QoS, at a rate."""
+"""Publishes the messages of a bag: raw bytes, recorded QoS, at a rate."""
 
 from __future__ import annotations
 
@@ -13,97 +13,96 @@ from rosgraph_msgs.msg import Clock
 
 from likeme_bags.values import Record, Topic
 from likeme_core.ros.time import time_msg
-from likeme_replay.playback_control import Transport
-from likeme_replay.ros.waiting_node import PatientNode
+from likeme_core.stamps import SECOND
+from likeme_replay.playback_control import MAX_STEP_BACK, PlaybackControl
+from likeme_replay.ros.waiting_node import WaitingNode
 
-#: s to wait for somebody who listens before the first message.
-DISCOVERY = 3.0
-#: s at most for listeners to get what they have not got at the end.
-PARTING = 5.0
-#: Between two rounds of a loop, ns of the recording's time.
-GAP = 100_000_000
-#: Fewer messages than this are not kept for who reads late.
-DEPTH = 10
+#: s to wait for a subscriber before the first message.
+DISCOVERY_TIMEOUT = 3.0
+#: s at the end in which reliable subscribers must acknowledge.
+ACK_TIMEOUT = 5.0
+#: ns of /clock between two rounds of a loop, and where the recorded clock went back.
+CLOCK_GAP = 100_000_000
+#: Least depth of a publisher.
+MIN_DEPTH = 10
 OVERRIDES = ('history', 'depth', 'reliability', 'durability')
 
 
-class PlayerNode(PatientNode):
+class PlayerNode(WaitingNode):
     """Publishes the messages of a bag.
 
-    Publishes: the topics of the bag; /clock if wanted, which only goes on, however often the bag
-    is played again.
+    Publishes: the topics of the bag; /clock if wanted, which never goes back, also when looping.
     """
 
     def __init__(
-        self, transport: Transport, clock: bool, qos: Mapping[str, Mapping[str, Any]],
-        tell: Callable[[str], None], **options: Any,
+        self, control: PlaybackControl, clock: bool, qos: Mapping[str, Mapping[str, Any]],
+        notify: Callable[[str], None], **options: Any,
     ) -> None:  # fmt: skip
-        """`qos`: overrides by topic; `tell`: what the user should know."""
+        """`qos`: overrides by topic; `notify`: takes messages for the user."""
         super().__init__('player', **options)
-        self._transport, self._qos, self._tell = transport, qos, tell
-        self._clock = self.create_publisher(Clock, '/clock', 10) if clock else None
-        self._pubs: dict[str, Any] = {}
+        self._control, self._qos, self._notify = control, qos, notify
+        self._clock_pub = self.create_publisher(Clock, '/clock', 10) if clock else None
+        self._pubs: dict[tuple[str, str], Any] = {}
         self._now = self._shift = 0
         self.published = 0
 
-    def offer(self, topics: Sequence[Topic], insist: bool) -> list[str]:
-        """Create a publisher for each topic that can be played; the names of those.
+    def offer(self, topics: Sequence[Topic], insist: bool) -> bool:
+        """Create a publisher for each topic that can be played; whether there is any.
 
-        insist: also play what somebody else publishes here already.
+        insist: also topics that have another publisher.
         """
-        # What others publish is only known after a moment.
-        self._spend(1.0)
+        # Discovery of other publishers takes a moment.
+        self.wait(lambda: False, 1.0)
         for topic in topics:
             kind = message_class(topic.type)
             others = self.count_publishers(topic.name)
             if kind is None:
-                self._tell(f'Not played: {topic.name}, because {topic.type} is not known here.')
+                self._notify(f'Not played: {topic.name}, because {topic.type} is not installed.')
             elif others and not insist:
-                self._tell(
-                    f'Not played: {topic.name}, because somebody publishes it here already.'
-                )
+                self._notify(f'Not played: {topic.name}, because it has another publisher.')
             else:
                 profile = profile_of(topic.qos, self._qos.get(topic.name, {}))
-                self._pubs[topic.name] = self.create_publisher(kind, topic.name, profile)
-        return list(self._pubs)
+                self._pubs[topic.name, topic.type] = self.create_publisher(
+                    kind, topic.name, profile
+                )
+        return bool(self._pubs)
 
-    def wait_for_listeners(self) -> None:
-        """Give those who listen a moment to be found."""
+    def wait_for_subscribers(self) -> None:
+        """Wait a moment for subscribers to be discovered."""
         publishers = self._pubs.values()
-        if not self.wait(lambda: any(p.get_subscription_count() for p in publishers), DISCOVERY):
-            self._tell('Nobody listens to any of the topics; playing all the same.')
-        # They have found us, too, a moment later.
-        self._spend(1.0)
-
-    def _spend(self, seconds: float) -> None:
-        self.wait(lambda: False, seconds)
+        if not self.wait(
+            lambda: any(p.get_subscription_count() for p in publishers), DISCOVERY_TIMEOUT
+        ):
+            self._notify('None of the topics has a subscriber; playing anyway.')
+        # They discover this node a moment later.
+        self.wait(lambda: False, 1.0)
 
     def play(self, records: Iterable[Record]) -> None:
         """Publish all records once, each when it is due."""
-        self._transport.restart()
-        first: int | None = None
+        self._control.restart()
+        last: int | None = None
         for record in records:
-            if first is None:
-                first = record.stamp
-                # A new round goes on where the last one ended.
-                self._shift = max(0, self._now + GAP - first) if self._now else 0
-            self._transport.wait(record.stamp, self.spin)
-            self._tell_time(record.stamp + self._shift)
-            publisher = self._pubs.get(record.topic)
+            if last is None or last - record.stamp > MAX_STEP_BACK * SECOND:
+                # /clock continues where it was when the recorded clock went back.
+                self._shift = max(0, self._now + CLOCK_GAP - record.stamp) if self._now else 0
+            last = record.stamp
+            self._control.wait(record.stamp, self.spin)
+            self._publish_clock(record.stamp + self._shift)
+            publisher = self._pubs.get((record.topic, record.type))
             if publisher is not None:
                 publisher.publish(record.data)
                 self.published += 1
 
     def finish(self) -> None:
-        """Wait until those who listen reliably have everything, and let go."""
+        """Wait until reliable subscribers have everything, and close."""
         for publisher in self._pubs.values():
-            publisher.wait_for_all_acked(Duration(seconds=PARTING))
+            publisher.wait_for_all_acked(Duration(seconds=ACK_TIMEOUT))
         self.close()
 
-    def _tell_time(self, stamp: int) -> None:
+    def _publish_clock(self, stamp: int) -> None:
         self._now = max(self._now, stamp)
-        if self._clock is not None:
-            self._clock.publish(Clock(clock=time_msg(self._now)))
+        if self._clock_pub is not None:
+            self._clock_pub.publish(Clock(clock=time_msg(self._now)))
 
 
 def message_class(name: str) -> Any:
@@ -116,10 +115,10 @@ def message_class(name: str) -> Any:
 
 
 def profile_of(offered: Sequence[Qos], overrides: Mapping[str, Any]) -> QoSProfile:
-    """A profile that suits whoever could listen to the recorded publishers.
+    """A profile compatible with all subscribers of the recorded publishers.
 
-    Several publishers of one topic: reliable if one was, latched only if all were. What a bag
-    does not say is reliable, volatile, depth 10.
+    Several publishers of one topic: reliable if one was, transient local only if all were. By
+    default reliable, volatile, depth 10.
     """
     reliable = not offered or any(
         q.reliability.value != ReliabilityPolicy.BEST_EFFORT for q in offered
@@ -127,7 +126,7 @@ def profile_of(offered: Sequence[Qos], overrides: Mapping[str, Any]) -> QoSProfi
     latched = bool(offered) and all(
         q.durability.value == DurabilityPolicy.TRANSIENT_LOCAL for q in offered
     )
-    depth = max([DEPTH, *(q.depth for q in offered)])
+    depth = max([MIN_DEPTH, *(q.depth for q in offered)])
     keep_all = any(q.history.value == HistoryPolicy.KEEP_ALL for q in offered)
     profile = QoSProfile(
         history=HistoryPolicy.KEEP_ALL if keep_all else HistoryPolicy.KEEP_LAST,
@@ -144,7 +143,7 @@ def read_overrides(nodes: Any) -> dict[str, dict[str, Any]]:
     """QoS overrides as `ros2 bag play` takes them, topic: policy: value.
 
     Raises:
-        ValueError: something else is in there.
+        ValueError: the file holds anything else.
     """
     policies = {
         'history': HistoryPolicy, 'reliability': ReliabilityPolicy, 'durability': DurabilityPolicy

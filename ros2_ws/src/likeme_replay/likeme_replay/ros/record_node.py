@@ -1,8 +1,4 @@
-"""Listens to topics and hands every message on as the bytes it came in.
-
-It lives here and not with the bags because it knows the deployment: which topics a recording of
-the cell needs, and which nodes' parameters it was made with.
-"""
+"""Records topics: every message as the bytes that were received, and the nodes' parameters."""
 
 from __future__ import annotations
 
@@ -32,57 +28,60 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-from likeme_replay import recorded_parameters as settings
+from likeme_replay import recorded_parameters
 from likeme_replay.message_definitions import UnknownTypeError, definitions
-from likeme_replay.recording_writer import Channel, Heard, Recording
+from likeme_replay.recording_writer import ReceivedMessage, RecordedTopic, Recording
 from likeme_replay.ros.player_node import message_class
 
-#: s between two looks for new topics and nodes.
-LOOK = 0.2
-#: Messages a topic may be behind: more than three seconds of a camera.
-DEPTH = 100
-ASKED = ('perception_node', 'inference_node', 'arm_driver')
+#: s between two searches for new topics and nodes.
+DISCOVERY_PERIOD = 0.2
+#: Depth of the subscriptions: more than three seconds of a camera.
+QUEUE_DEPTH = 100
+#: Nodes whose parameters are recorded.
+PARAMETER_NODES = ('perception_node', 'inference_node', 'arm_driver')
 
 
 class RecordNode(Node):
-    """Subscribes to topics as soon as somebody publishes them.
+    """Subscribes to topics as soon as they have a publisher.
 
     Subscribes: the wanted topics, raw, with QoS that suits all their publishers.
-    Asks: perception_node, inference_node and arm_driver for their parameters.
+    Reads: the parameters of perception_node, inference_node and arm_driver.
     """
 
     def __init__(
         self, recording: Recording, wanted: Collection[str] | None, **options: Any
     ) -> None:
-        """`wanted`: names of topics; None: all but hidden ones."""
+        """`wanted`: names of topics; None: all except hidden ones."""
         super().__init__('recorder', start_parameter_services=False, **options)
         self._recording = recording
         self._wanted = None if wanted is None else {self.resolve_topic_name(n) for n in wanted}
-        self._seen: set[str] = set()
-        self._asked: dict[str, AsyncParameterClient | None] = {
-            name: AsyncParameterClient(self, name) for name in ASKED
+        self._subscribed: set[str] = set()
+        self._parameter_clients: dict[str, AsyncParameterClient | None] = {
+            name: AsyncParameterClient(self, name) for name in PARAMETER_NODES
         }
-        self._parameters: settings.Parameters = {}
+        self._recorded_parameters: recorded_parameters.Parameters = {}
         self.unusable: dict[str, str] = {}
         self.lost: Counter[str] = Counter()
-        self.create_timer(LOOK, self._look)
+        self.create_timer(DISCOVERY_PERIOD, self._discover)
 
     @property
     def missing(self) -> list[str]:
-        """Wanted topics nobody published yet."""
-        return sorted((self._wanted or set()) - self._seen)
+        """Wanted topics without a publisher so far."""
+        return sorted((self._wanted or set()) - self._subscribed)
 
-    def _look(self) -> None:
+    def _discover(self) -> None:
         for topic, types in self.get_topic_names_and_types():
             if self._wants(topic):
                 self._subscribe(topic, types)
-        for name, client in self._asked.items():
+        for name, client in self._parameter_clients.items():
             if client is not None and client.services_are_ready():
-                self._asked[name] = None
-                client.list_parameters().add_done_callback(partial(self._ask, name, client))
+                self._parameter_clients[name] = None
+                client.list_parameters().add_done_callback(
+                    partial(self._get_parameters, name, client)
+                )
 
     def _wants(self, topic: str) -> bool:
-        if topic in self._seen or '/_' in topic:
+        if topic in self._subscribed or '/_' in topic:
             return False
         return self._wanted is None or topic in self._wanted
 
@@ -90,7 +89,7 @@ class RecordNode(Node):
         offers = self.get_publishers_info_by_topic(topic)
         if not offers:
             return
-        self._seen.add(topic)
+        self._subscribed.add(topic)
         kind = message_class(types[0])
         try:
             if len(types) > 1 or kind is None:
@@ -101,48 +100,55 @@ class RecordNode(Node):
             self.get_logger().warning(f'{topic} is not recorded: {error}')
             return
         qos = tuple(_as_recorded(offer.qos_profile) for offer in offers)
-        self._recording.add(Channel(topic, types[0], definition, qos))
-        profile = _listening([offer.qos_profile for offer in offers])
-        take = partial(self._take, topic)
-        self._listen(kind, topic, lambda data, info: take(data, info), profile)
+        self._recording.add_topic(RecordedTopic(topic, types[0], definition, qos))
+        profile = _compatible_profile([offer.qos_profile for offer in offers])
+        receive = partial(self._receive, topic)
+        # rclpy inspects the signature: with two parameters it passes the reception time.
+        self._create(kind, topic, lambda data, info: receive(data, info), profile)
 
-    def _listen(self, kind: Any, topic: str, take: Any, profile: QoSProfile) -> None:
+    def _create(self, kind: Any, topic: str, receive: Any, profile: QoSProfile) -> None:
         events = SubscriptionEventCallbacks(message_lost=partial(self._on_lost, topic))
         try:
-            self.create_subscription(kind, topic, take, profile, raw=True, event_callbacks=events)
+            self.create_subscription(
+                kind, topic, receive, profile, raw=True, event_callbacks=events
+            )
         except UnsupportedEventTypeError:
-            self.create_subscription(kind, topic, take, profile, raw=True)
+            self.create_subscription(kind, topic, receive, profile, raw=True)
 
-    def _take(self, topic: str, data: bytes, info: dict[str, Any]) -> None:
+    def _receive(self, topic: str, data: bytes, info: dict[str, Any]) -> None:
         stamp = int(info.get('received_timestamp') or 0) or time.time_ns()
-        self._recording.take(Heard(topic, stamp, data))
+        self._recording.add(ReceivedMessage(topic, stamp, data))
 
     def _on_lost(self, topic: str, event: Any) -> None:
         self.lost[topic] += int(event.total_count_change)
 
-    def _ask(self, name: str, client: AsyncParameterClient, listed: Any) -> None:
+    def _get_parameters(self, name: str, client: AsyncParameterClient, listed: Any) -> None:
         names = list(listed.result().result.names)
-        client.get_parameters(names).add_done_callback(partial(self._note, name, names))
+        client.get_parameters(names).add_done_callback(
+            partial(self._store_parameters, name, names)
+        )
 
-    def _note(self, name: str, names: list[str], got: Any) -> None:
+    def _store_parameters(self, name: str, names: list[str], got: Any) -> None:
         values = map(parameter_value_to_python, got.result().values)
-        self._parameters[name] = {
+        self._recorded_parameters[name] = {
             n: list(v) if hasattr(v, 'tolist') else v for n, v in zip(names, values, strict=True)
         }
-        self._recording.remark(settings.KEY, json.dumps(self._parameters, default=list))
+        self._recording.set_metadata(
+            recorded_parameters.KEY, json.dumps(self._recorded_parameters, default=list)
+        )
 
 
-class Gaps(NamedTuple):
-    """Topics nobody published, messages lost by topic, and topics of no use with the reason."""
+class RecordingGaps(NamedTuple):
+    """Topics never published, lost messages by topic, and why topics cannot be recorded."""
 
     missing: list[str]
     lost: Counter[str]
     unusable: dict[str, str]
 
 
-def listen(
+def record_topics(
     recording: Recording, wanted: Collection[str] | None, duration: float | None, domain: int
-) -> Gaps:
+) -> RecordingGaps:
     """Record until SIGINT or SIGTERM, or for some seconds, and close the bag."""
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -155,19 +161,19 @@ def listen(
     while not signals and not recording.error and time.monotonic() < end:
         executor.spin_once(timeout_sec=0.1)
     executor.shutdown()
-    gaps = Gaps(node.missing, node.lost, node.unusable)
+    gaps = RecordingGaps(node.missing, node.lost, node.unusable)
     node.destroy_node()
     rclpy.try_shutdown()
     recording.finish()
     return gaps._replace(lost=gaps.lost + recording.lost)
 
 
-def _listening(offers: list[QoSProfile]) -> QoSProfile:
-    """What all publishers can give: the rules of DDS would drop those that offer less."""
+def _compatible_profile(offers: list[QoSProfile]) -> QoSProfile:
+    """The strictest QoS that all publishers offer: DDS connects no publisher that offers less."""
     reliable = all(q.reliability == ReliabilityPolicy.RELIABLE for q in offers)
     latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
     return QoSProfile(
-        depth=DEPTH,
+        depth=QUEUE_DEPTH,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
     )

@@ -1,4 +1,4 @@
-"""A node whose owner waits: it spins itself, until something holds or patience ends."""
+"""A node that is spun by its owner while the owner waits for a condition."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 
-class NotPlayedError(Exception):
-    """The replay cannot begin or go on: what was expected and what came."""
+class ReplayFailedError(Exception):
+    """The replay cannot begin or continue: expected and got."""
 
 
-class PatientNode(Node):
-    """Without threads: nothing is received but while somebody waits."""
+class WaitingNode(Node):
+    """Has no thread: callbacks run while `spin`, `wait` or `require` is called."""
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, start_parameter_services=False, **options)
@@ -23,17 +23,17 @@ class PatientNode(Node):
         self._executor.add_node(self)
 
     def close(self) -> None:
-        """Let go of the network."""
+        """Destroy the node and its executor."""
         self._executor.shutdown()
         self.destroy_node()
 
-    def until(self, condition: Callable[[], Any], seconds: float, sentence: str) -> None:
-        """Wait until something holds; NotPlayedError with the sentence after so many s."""
+    def require(self, condition: Callable[[], Any], seconds: float, sentence: str) -> None:
+        """Wait until a condition holds; ReplayFailedError with the sentence on timeout."""
         if not self.wait(condition, seconds):
-            raise NotPlayedError(sentence)
+            raise ReplayFailedError(sentence)
 
     def wait(self, condition: Callable[[], Any], seconds: float) -> bool:
-        """Wait until something holds, for so many s at most; whether it does."""
+        """Wait until a condition holds, at most so many s; whether it does."""
         deadline = time.monotonic() + seconds
         while not condition():
             left = deadline - time.monotonic()
@@ -43,5 +43,5 @@ class PatientNode(Node):
         return True
 
     def spin(self, seconds: float) -> None:
-        """Receive what has come, or what comes first within so many s."""
+        """Run one callback, the first that is ready within so many s."""
         self._executor.spin_once(timeout_sec=seconds)

@@ -1,0 +1,32 @@
+"""The last table state: age limit and reset."""
+
+from __future__ import annotations
+
+from likeme_arm.motion import ObjectView
+from likeme_arm.perceived_objects import PerceivedObjects
+from likeme_core.tabletop import State
+
+SECOND = 1_000_000_000
+PEAR = ObjectView(0.4, 0.1, 0.0, State.LEFT)
+
+
+def test_a_table_state_is_used_up_to_its_timeout() -> None:
+    perceived = PerceivedObjects(timeout=2.0)
+    assert perceived.view('pear', 5 * SECOND) is None
+    assert perceived.age(5 * SECOND) == float('inf')
+    perceived.update(5 * SECOND, {'pear': PEAR})
+    assert perceived.view('pear', 7 * SECOND) == PEAR
+    assert perceived.view('lemon', 7 * SECOND) is None
+    assert perceived.view('pear', 7 * SECOND + 1) is None
+    assert perceived.age(8 * SECOND) == 3.0
+
+
+def test_table_states_from_before_a_reset_are_ignored() -> None:
+    perceived = PerceivedObjects(timeout=2.0)
+    perceived.update(5 * SECOND, {'pear': PEAR})
+    perceived.clear(6 * SECOND)
+    assert perceived.view('pear', 6 * SECOND) is None
+    perceived.update(6 * SECOND, {'pear': PEAR})
+    assert perceived.view('pear', 6 * SECOND) is None
+    perceived.update(6 * SECOND + 1, {'pear': PEAR})
+    assert perceived.view('pear', 7 * SECOND) == PEAR

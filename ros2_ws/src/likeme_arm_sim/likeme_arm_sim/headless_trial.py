@@ -1,0 +1,143 @@
+"""One trial of the robot without nodes and images: for parameter searches and benchmarks.
+
+Perception is replaced by true poses with an error and with occlusion by the gripper.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from likeme_arm.motion import ObjectView
+from likeme_arm_sim.cell import Cell, CellSettings, MotionResult
+from likeme_arm_sim.physics import (
+    TOY_PHYSICS,
+    ArmAccuracy,
+    GripperPhysics,
+    Physics,
+    fitted_fields,
+    fitted_primitives,
+)
+from likeme_arm_sim.scene import Scene
+from likeme_core.outcomes import Actor
+from likeme_core.tabletop import Action, State
+
+# Separates the random stream of perception from the cell's, which is drawn from the seed alone.
+PERCEPTION_STREAM = 2
+# After the motion: greatest time to wait for rest, s, speed at rest, m/s, and time between two
+# checks, s.
+REST_TIMEOUT, REST_SPEED, REST_PERIOD = 4.0, 0.002, 0.1
+
+
+@dataclass(frozen=True)
+class PerceptionNoise:
+    """Perceived minus true pose, as measured with perception in the cell.
+
+    Attributes:
+        bias: of the centroid, x and y, m.
+        noise: its standard deviation, m, drawn once a trial.
+        turn: standard deviation of the axis, rad, drawn once a trial.
+    """
+
+    bias: tuple[float, float] = (0.0, 0.0015)
+    noise: float = 0.002
+    turn: float = 0.05
+
+
+# The gripper in its own frame, m: half extents along and across its flat axis, and the heights
+# above the grasp point where it begins and ends.
+HAND_HALF = (0.032, 0.104)
+HAND_SPAN = (0.045, 0.20)
+# Number of heights at which occlusion is tested, and the height of a toy's centre, m.
+HAND_SLICES, TOY_MIDDLE = 6, 0.025
+
+
+class SimulatedPerception:
+    """Views of objects during one trial, with a constant error."""
+
+    def __init__(self, cell: Cell, seed: int, error: PerceptionNoise | None = None) -> None:
+        error = error or PerceptionNoise()
+        rng = np.random.default_rng([seed, PERCEPTION_STREAM])
+        self._cell = cell
+        self._shift = rng.normal(0.0, error.noise, 2) + error.bias
+        self._turn = float(rng.normal(0.0, error.turn))
+
+    def look(self, name: str) -> ObjectView:
+        """The perceived view; its state is None while the gripper occludes the centre."""
+        true = self._cell.true_states()[name]
+        x, y = true.x + float(self._shift[0]), true.y + float(self._shift[1])
+        seen = State.OFFTABLE
+        if true.state is not State.OFFTABLE:
+            seen = self._cell.scene.table.state_of(x, y)
+        state = None if self._hidden(true) else seen
+        return ObjectView(x, y, true.yaw + self._turn, state)
+
+    def _hidden(self, toy: ObjectView) -> bool:
+        """Whether the gripper intersects the ray from the camera to the toy's centre."""
+        tool, camera = self._cell.arm.tool, self._cell.scene.camera.position
+        cos, sin = math.cos(tool.yaw), math.sin(tool.yaw)
+        for share in range(HAND_SLICES):
+            z = tool.z + HAND_SPAN[0] + share / (HAND_SLICES - 1) * (HAND_SPAN[1] - HAND_SPAN[0])
+            up = (z - TOY_MIDDLE) / (camera[2] - TOY_MIDDLE)
+            x = toy.x + up * (camera[0] - toy.x) - tool.x
+            y = toy.y + up * (camera[1] - toy.y) - tool.y
+            if abs(x * cos + y * sin) < HAND_HALF[0] and abs(y * cos - x * sin) < HAND_HALF[1]:
+                return True
+        return False
+
+
+def settings_from_parameters(values: Mapping[str, float]) -> CellSettings:
+    """A cell's settings from values of all fitted parameters."""
+    toys = {name: replace(toy, **fitted_fields(name, values)) for name, toy in TOY_PHYSICS.items()}
+    arm = ArmAccuracy(
+        bias_x=values['arm_bias_x'],
+        skew=values['arm_skew'],
+        noise=values['arm_noise'],
+        reach=values['reach'],
+    )
+    gripper = GripperPhysics(force=values['grip_force'])
+    return CellSettings(
+        primitives=fitted_primitives(values),
+        physics=Physics(toys=toys, gripper=gripper, arm=arm),
+    )
+
+
+def single_object_cell(name: str, settings: CellSettings | None = None) -> Cell:
+    """A cell for fast trials: one object, and an arm that skips motion through free space."""
+    settings = replace(settings or CellSettings(), initial_states={})
+    cell = Cell(Scene(objects=(name,)), 0, settings)
+    cell.arm.skip_free_space = True
+    return cell
+
+
+def run_trial(
+    cell: Cell, name: str, x_i: State, action: Action, seed: int,
+    on_tick: Callable[[], None] | None = None, error: PerceptionNoise | None = None,
+) -> tuple[State, MotionResult]:  # fmt: skip
+    """Reset by seed, execute an action, wait for rest; the true final state and the result."""
+    cell.reset([name], [x_i], seed)
+    perception = SimulatedPerception(cell, seed, error)
+    result = cell.run_action(Actor.ROBOT, name, action, perception.look, on_tick)
+    wait_until_at_rest(cell, name, on_tick)
+    state = cell.true_states()[name].state
+    assert state is not None, 'The true state is always known.'
+    return state, result
+
+
+def wait_until_at_rest(cell: Cell, name: str, on_tick: Callable[[], None] | None = None) -> None:
+    """Step until a toy has come to rest, or for REST_TIMEOUT."""
+    for _ in range(round(REST_TIMEOUT / REST_PERIOD)):
+        cell.step(REST_PERIOD, on_tick)
+        if cell.world.toy_speed(name) < REST_SPEED:
+            break
+
+
+def count_final_states(
+    cell: Cell, name: str, x_i: State, action: Action, seeds: range
+) -> tuple[int, int, int]:
+    """Number of trials that ended LEFT, RIGHT, OFFTABLE."""
+    ends = [run_trial(cell, name, x_i, action, seed)[0] for seed in seeds]
+    return ends.count(State.LEFT), ends.count(State.RIGHT), ends.count(State.OFFTABLE)

@@ -1,0 +1,43 @@
+"""Topics of the simulated arm: joint states out, the table state in."""
+
+from __future__ import annotations
+
+from builtin_interfaces.msg import Time
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from likeme_arm.perceived_objects import PerceivedObjects
+from likeme_arm_sim import messages
+from likeme_arm_sim.arm import Arm
+from likeme_core.ros.time import stamp_ns
+from likeme_msgs.msg import TableState
+
+#: s between warnings about table states that cannot be used.
+WARNING_PERIOD = 5.0
+
+
+class ArmTopics:
+    """Publishes `joint_states` and keeps the objects of `table_state`.
+
+    Attributes:
+        dropped: number of table states that could not be used.
+    """
+
+    def __init__(self, node: Node, arm: Arm, perceived: PerceivedObjects) -> None:
+        self._arm, self._perceived, self._logger = arm, perceived, node.get_logger()
+        self.dropped = 0
+        self._joints = node.create_publisher(JointState, 'joint_states', 10)
+        node.create_subscription(TableState, 'table_state', self._on_table_state, 1)
+
+    def publish(self, stamp: Time) -> None:
+        """Publish the present joint state."""
+        self._joints.publish(messages.joint_state_message(self._arm, stamp))
+
+    def _on_table_state(self, message: TableState) -> None:
+        try:
+            views = messages.object_views(message)
+        except ValueError as error:
+            self.dropped += 1
+            self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
+            return
+        self._perceived.update(stamp_ns(message.header.stamp), views)

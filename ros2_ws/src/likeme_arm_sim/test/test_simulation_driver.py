@@ -1,0 +1,148 @@
+"""What callers of the simulation driver get, also when the simulation fails."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from likeme_arm.motion import ObjectView
+from likeme_arm_sim import simulation_thread
+from likeme_arm_sim.cell import Cell
+from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.simulation_driver import MotionReport, SimulationDriver, SimulationSettings
+from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.tabletop import State
+
+CHICKEN = {'chicken': ObjectView(0.44, -0.2, 0.0, State.RIGHT)}
+
+
+class Watched:
+    """A driver with its reported errors, whose steps can be made to fail."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.errors: list[Exception] = []
+        self.failing: Exception | None = None
+        self.stepped = threading.Event()
+        self.driver = SimulationDriver(
+            cell, SimulationSettings(), self._on_step, self.errors.append
+        )
+        self.driver.real_time_factor = 0.0
+        self.driver.start()
+
+    def _on_step(self) -> None:
+        self.stepped.set()
+        if self.failing is not None and self.driver.busy:
+            raise self.failing
+
+
+@pytest.fixture(scope='module')
+def cell() -> Cell:
+    return Cell(Scene(), 1)
+
+
+@pytest.fixture
+def watched(cell: Cell) -> Iterator[Watched]:
+    cell.resume()
+    cell.reset([], [], 0)
+    made = Watched(cell)
+    yield made
+    made.driver.stop()
+
+
+def act(watched: Watched, actor: Actor = Actor.HUMAN, expires: int = 0) -> MotionReport:
+    job = watched.driver.execute(actor, 'chicken', 0, expires)
+    assert job is not None
+    return job.result(30.0)
+
+
+def test_a_motion_that_raises_is_answered_failed_and_logged(watched: Watched) -> None:
+    watched.failing = RuntimeError('out of memory')
+    result = act(watched)
+    assert result.outcome is MotionOutcome.FAILED
+    assert result.message == 'The motion failed: RuntimeError: out of memory'
+    assert watched.errors == [watched.failing]
+    assert watched.driver.errors == 1
+    watched.failing = None
+    watched.stepped.clear()
+    assert watched.stepped.wait(5.0)
+    assert act(watched).outcome is MotionOutcome.COMPLETED
+
+
+def test_one_motion_at_a_time(watched: Watched) -> None:
+    first = watched.driver.execute(Actor.HUMAN, 'chicken', 0)
+    assert first is not None
+    assert watched.driver.execute(Actor.HUMAN, 'pear', 0) is None
+    assert watched.driver.reset([], [], 0) is None
+    robots_turn = watched.driver.execute(Actor.ROBOT, 'chicken', 0)
+    assert robots_turn is not None
+    assert watched.driver.hold() == 'The cell is held.'
+    assert first.result(30.0).outcome is MotionOutcome.HELD
+    assert robots_turn.result(5.0).started == 0
+    assert watched.driver.hold() == 'The cell was held already.'
+    assert watched.driver.resume() == 'Motion is allowed again.'
+    assert watched.driver.resume() == 'Nothing was held.'
+
+
+def test_a_late_request_is_not_begun(watched: Watched) -> None:
+    late = act(watched, expires=watched.driver.now - 2_000_000_000)
+    assert late.outcome is MotionOutcome.EXPIRED
+    assert late.started == 0
+
+
+def test_a_refused_reset_says_why(watched: Watched) -> None:
+    job = watched.driver.reset(['pear'], [9], 0)
+    assert job is not None
+    assert str(job.exception(10.0)) == 'Expected a state from 0 to 2, got 9.'
+    assert watched.errors == []
+
+
+def test_a_reset_that_fails_is_logged(watched: Watched, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError('out of memory')
+
+    monkeypatch.setattr(watched.driver.cell, 'reset', fail)
+    job = watched.driver.reset([], [], 0)
+    assert job is not None
+    assert str(job.exception(10.0)) == 'out of memory'
+    assert [str(error) for error in watched.errors] == ['out of memory']
+
+
+def test_a_reset_clears_the_perceived_objects(watched: Watched) -> None:
+    watched.driver.perceived.update(watched.driver.now + 10, CHICKEN)
+    job = watched.driver.reset([], [], 0)
+    assert job is not None
+    job.result(10.0)
+    assert act(watched, Actor.ROBOT).outcome is MotionOutcome.OBJECT_NOT_SEEN
+
+
+def test_stamps_are_of_the_system_clock_while_a_part_is_real(cell: Cell) -> None:
+    settings = SimulationSettings(wall_time=True)
+    driver = SimulationDriver(cell, settings, lambda: None, lambda _: None)
+    before, stamp, after = time.time_ns(), driver.now, time.time_ns()
+    assert before <= stamp <= after
+
+
+def test_a_simulation_that_does_not_end_is_logged(
+    cell: Cell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(simulation_thread, 'JOIN_TIMEOUT', 0.05)
+    stepping, release = threading.Event(), threading.Event()
+
+    def on_step() -> None:
+        stepping.set()
+        release.wait(30.0)
+
+    errors: list[Exception] = []
+    driver = SimulationDriver(cell, SimulationSettings(), on_step, errors.append)
+    driver.start()
+    assert stepping.wait(30.0)
+    driver.stop()
+    release.set()
+    assert [str(error) for error in errors] == [
+        'Expected the simulation thread to end within 0.05 s, it still runs.'
+    ]
+    driver.stop()
+    cell.resume()

@@ -1,0 +1,184 @@
+"""The inputs of an imitation session, shared by the node and by replays.
+
+Messages are read by their fields alone: rclpy's and rosbags' both serve.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import Any, NamedTuple, TypeVar
+
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.stamps import SECOND
+from likeme_core.tabletop import Manner, State
+from likeme_inference.event_fields import UNKNOWN
+from likeme_inference.tabletop.session import ImitationSession
+from likeme_inference.tabletop.values import (
+    Decision,
+    GoalBelief,
+    MotionReport,
+    Outcome,
+    Remark,
+    Reply,
+)
+
+#: How far probabilities may be from their sum of 1.
+SUM_TOLERANCE = 1e-3
+
+
+class InputKind(IntEnum):
+    """Kinds of inputs; the numbers of likeme_msgs/Heard."""
+
+    TABLE_STATE = 0
+    DEMONSTRATION = 1
+    MOTION = 2
+    ANSWER = 3
+    SILENCE = 4
+    #: No input: a replay asks whether the node is connected.
+    NOTHING = 5
+
+    @property
+    def has_topic(self) -> bool:
+        """Whether the input is a message of a topic of its own."""
+        return self <= InputKind.DEMONSTRATION
+
+
+class SessionInput(NamedTuple):
+    """An input by kind and stamp (ns); `message`: a Heard's fields where it has no topic."""
+
+    kind: InputKind
+    stamp: int
+    message: Any = None
+
+
+class OperatorAnswer(NamedTuple):
+    """An operator's answer to a request for help."""
+
+    reply: Reply
+    answered_by: str
+
+
+class CameraSilence:
+    """The camera showed nothing new for too long while an outcome was waited for."""
+
+
+InputValue = TableSnapshot | Demonstration | MotionReport | OperatorAnswer | CameraSilence
+SessionEvent = GoalBelief | Decision | Outcome | Remark
+Number = TypeVar('Number', bound=IntEnum)
+
+
+def apply_input(session: ImitationSession, value: InputValue) -> list[SessionEvent]:
+    """Apply an input to a session; the events it leads to, in their order.
+
+    Raises:
+        ValueError: an object the robot never tried, or no input for the session's phase.
+    """
+    events: list[SessionEvent | None]
+    if isinstance(value, TableSnapshot):
+        events = [session.look(value)]
+    elif isinstance(value, Demonstration):
+        if value.object not in session.model.objects:
+            raise ValueError(f'Expected an object the robot has tried, got {value.object!r}.')
+        events = [session.observe_demonstration(value), session.look_again()]
+    elif isinstance(value, MotionReport):
+        events = [session.motion_finished(value)]
+    elif isinstance(value, OperatorAnswer):
+        events = [session.answered(value.reply)]
+    else:
+        events = [session.nothing_seen()]
+    return [event for event in events if event is not None]
+
+
+def read_demonstration(msg: Any) -> Demonstration:
+    """Read a likeme_msgs/Demonstration and check every field.
+
+    Raises:
+        ValueError: a state out of range or UNKNOWN, no change of state, invalid probabilities, an
+            end before the start.
+    """
+    x_i, x_f = _number(State, msg.x_i, 'x_i'), _number(State, msg.x_f, 'x_f')
+    if x_i == x_f:
+        raise ValueError(f'Expected a change of state, got {x_i.name} to {x_f.name}.')
+    _check_probabilities(msg.x_i_probability, 'x_i_probability')
+    _check_probabilities(msg.x_f_probability, 'x_f_probability')
+    if not 0.5 <= msg.manner_probability <= 1:
+        raise ValueError(f'Expected p(manner) from 0.5 to 1, got {msg.manner_probability:g}.')
+    start, end = _nanoseconds(msg.start), _nanoseconds(msg.end)
+    if end < start:
+        raise ValueError(f'Expected an end after the start at {start} ns, got {end} ns.')
+    return Demonstration(
+        stamp=_nanoseconds(msg.header.stamp),
+        frame=msg.header.frame_id,
+        object=msg.object,
+        x_i=x_i,
+        x_f=x_f,
+        manner=_number(Manner, msg.manner, 'manner'),
+        start=start,
+        end=end,
+        x_i_probability=tuple(msg.x_i_probability),
+        x_f_probability=tuple(msg.x_f_probability),
+        manner_probability=msg.manner_probability,
+        rise=msg.rise,
+    )
+
+
+def read_table(msg: Any) -> TableSnapshot:
+    """Read a likeme_msgs/TableState; objects in UNKNOWN state are left out.
+
+    Raises:
+        ValueError: a state out of range.
+    """
+    states = {
+        item.name: _number(State, item.state, f'state of {item.name}')
+        for item in msg.objects
+        if item.state != UNKNOWN
+    }
+    stamp = _nanoseconds(msg.header.stamp)
+    return TableSnapshot(stamp, msg.header.frame_id, msg.settled, states)
+
+
+def read_motion(response: Any) -> MotionReport:
+    """Read the response of arm/execute_action; an undefined outcome counts as no response."""
+    if response.outcome not in set(MotionOutcome):
+        message = f'expected an outcome from 0 to {max(MotionOutcome)}, got {response.outcome}.'
+        return MotionReport(None, message)
+    outcome = MotionOutcome(response.outcome)
+    return MotionReport(outcome, response.message, _nanoseconds(response.finished))
+
+
+def read_heard(kind: InputKind, heard: Any) -> InputValue:
+    """Read an input without a topic from a likeme_msgs/Heard.
+
+    Raises:
+        ValueError: it holds none of this kind.
+    """
+    if kind is InputKind.MOTION:
+        known = heard.motion_outcome in set(MotionOutcome)
+        outcome = MotionOutcome(heard.motion_outcome) if known else None
+        return MotionReport(outcome, heard.message, _nanoseconds(heard.finished))
+    if kind is InputKind.ANSWER:
+        return OperatorAnswer(_number(Reply, heard.answer, 'answer'), heard.message or '?')
+    if kind is InputKind.SILENCE:
+        return CameraSilence()
+    raise ValueError(f'Expected MOTION, ANSWER or SILENCE, got {kind.name}.')
+
+
+def _nanoseconds(stamp: Any) -> int:
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)
+
+
+def _number(kind: type[Number], value: int, field: str) -> Number:
+    if value not in set(kind):
+        raise ValueError(f'Expected {field} from 0 to {max(kind)}, got {value}.')
+    return kind(value)
+
+
+def _check_probabilities(probability: Sequence[float], field: str) -> None:
+    p = list(probability)
+    if len(p) != len(State) or not all(0 <= value <= 1 for value in p):
+        raise ValueError(f'Expected {field} as {len(State)} numbers from 0 to 1, got {p}.')
+    if not math.isclose(sum(p), 1.0, abs_tol=SUM_TOLERANCE):
+        raise ValueError(f'Expected {field} to sum to 1, got {sum(p):g}.')

@@ -1,0 +1,72 @@
+"""What an input leads to, and which inputs are refused."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.tabletop import Manner, State
+from likeme_inference.session_inputs import (
+    CameraSilence,
+    InputKind,
+    InputValue,
+    OperatorAnswer,
+    apply_input,
+    read_heard,
+)
+from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.session import ImitationSession
+from likeme_inference.tabletop.values import Decision, GoalBelief, MotionReport, Reply
+
+SECOND = 1_000_000_000
+HEARD = SimpleNamespace(
+    motion_outcome=0, finished=SimpleNamespace(sec=3, nanosec=4), answer=2, message='Ada'
+)
+
+
+def demonstration(name: str) -> Demonstration:
+    return Demonstration(
+        10 * SECOND, 'camera', name, State.RIGHT, State.LEFT, Manner.PLACE, 8 * SECOND, 9 * SECOND
+    )
+
+
+def test_a_demonstration_leads_to_a_belief_and_to_a_look_at_the_newest_table() -> None:
+    session = ImitationSession(shipped())
+    table = TableSnapshot(10 * SECOND, 'camera', True, {'chicken': State.LEFT})
+    assert apply_input(session, table) == []
+    belief, decision = apply_input(session, demonstration('chicken'))
+    assert isinstance(belief, GoalBelief)
+    assert isinstance(decision, Decision)
+
+
+@pytest.mark.parametrize(
+    ('value', 'sentence'),
+    [
+        (demonstration('plum'), "an object the robot has tried, got 'plum'"),
+        (demonstration(''), "got ''"),
+        (MotionReport(MotionOutcome.COMPLETED, ''), 'session in ACTING, got IDLE'),
+        (OperatorAnswer(Reply.SKIP, 'Ada'), 'session in ASKING, got IDLE'),
+        (CameraSilence(), 'session in CONFIRMING, got IDLE'),
+    ],
+)
+def test_inputs_that_do_not_fit_are_refused(value: InputValue, sentence: str) -> None:
+    with pytest.raises(ValueError, match=sentence):
+        apply_input(ImitationSession(shipped()), value)
+
+
+def test_reports_are_read_from_heard() -> None:
+    report = MotionReport(MotionOutcome.COMPLETED, 'Ada', 3 * SECOND + 4)
+    assert read_heard(InputKind.MOTION, HEARD) == report
+    assert read_heard(InputKind.ANSWER, HEARD) == OperatorAnswer(Reply.SKIP, 'Ada')
+    assert isinstance(read_heard(InputKind.SILENCE, HEARD), CameraSilence)
+    no_answer = SimpleNamespace(**vars(HEARD) | {'motion_outcome': 255, 'answer': 7})
+    value = read_heard(InputKind.MOTION, no_answer)
+    assert isinstance(value, MotionReport)
+    assert value.outcome is None
+    with pytest.raises(ValueError, match='answer from 0 to 2, got 7'):
+        read_heard(InputKind.ANSWER, no_answer)
+    with pytest.raises(ValueError, match='got NOTHING'):
+        read_heard(InputKind.NOTHING, HEARD)
