@@ -1,4 +1,4 @@
-"""The cell as its users see it."""
+"""The simulated cell: actions, refusals, hold, reset, frames."""
 
 from __future__ import annotations
 
