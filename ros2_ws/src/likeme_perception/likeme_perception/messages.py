@@ -1,4 +1,4 @@
-"""Conversion between ROS messages and the values of perception."""
+"""ROS messages of the values of perception."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Values from YAML, JSON and parameters, read as the type that they must have."""
+"""Type checks of values from YAML, JSON and parameters."""
 
 from __future__ import annotations
 
@@ -77,10 +77,10 @@ def read_text(path: Path) -> str:
 
 
 def yaml_mapping(content: str, source: Path | None) -> dict[str, Any]:
-    """YAML text that is a mapping by names, or empty; source: where it comes from.
+    """The mapping in a YAML text, possibly empty; source: file named in errors.
 
     Raises:
-        ValueError: it is something else.
+        ValueError: it is not a mapping with names as keys.
     """
     try:
         values = yaml.safe_load(content)
@@ -91,10 +91,10 @@ def yaml_mapping(content: str, source: Path | None) -> dict[str, Any]:
 
 
 def json_mapping(content: str, source: Path) -> dict[str, Any]:
-    """JSON text that is a mapping by names; source: where it comes from.
+    """The mapping in a JSON text; source: file named in errors.
 
     Raises:
-        ValueError: it is something else.
+        ValueError: it is not a mapping with names as keys.
     """
     try:
         values = json.loads(content)

@@ -38,20 +38,20 @@ def reader() -> FrameReader:
     return FrameReader(read_settings(values))
 
 
-def frames(studio: Any, *stamps: int) -> list[tuple[Any, Any]]:
-    """Pairs of messages of the studio's empty table."""
+def frames(renderer: Any, *stamps: int) -> list[tuple[Any, Any]]:
+    """Pairs of messages of the renderer's empty table."""
     made = []
     for stamp in stamps:
-        frame = studio.frame()
+        frame = renderer.frame()
         mm = np.nan_to_num(frame.depth * 1000).astype(np.uint16)
         made.append((image(frame.rgb, 'rgb8', stamp), image(mm, '16UC1', stamp)))
     return made
 
 
-def test_frames_are_read_once_camera_info_is_known(studio: Any) -> None:
+def test_frames_are_read_once_camera_info_is_known(renderer: Any) -> None:
     read = reader()
     stamps = [k * 100 * MS for k in range(1, 6)]
-    first, *others = frames(studio, *stamps)
+    first, *others = frames(renderer, *stamps)
     assert read.read(*first).sentence == 'no camera_info has come yet'
     assert not read.set_camera_info(camera_info())
     results = [read.read(*pair) for pair in others]
@@ -60,10 +60,10 @@ def test_frames_are_read_once_camera_info_is_known(studio: Any) -> None:
     assert [r.table.learned for r in results if r.table] == [False, False, True, True]
 
 
-def test_what_cannot_be_read_has_a_reason_and_a_sentence(studio: Any) -> None:
+def test_what_cannot_be_read_has_a_reason_and_a_sentence(renderer: Any) -> None:
     read = reader()
     read.set_camera_info(camera_info())
-    (colour, depth), (_, late), (_, other) = frames(studio, 200 * MS, 100 * MS, 300 * MS)
+    (colour, depth), (_, late), (_, other) = frames(renderer, 200 * MS, 100 * MS, 300 * MS)
     assert read.read(colour, depth).reason == ''
     assert read.read(colour, late).reason == 'older than the last'
     colour.encoding = 'yuv422_yuy2'
@@ -72,22 +72,22 @@ def test_what_cannot_be_read_has_a_reason_and_a_sentence(studio: Any) -> None:
     assert "got 'yuv422_yuy2'" in result.sentence
 
 
-def test_an_unusable_camera_info_is_named_in_the_rejection(studio: Any) -> None:
+def test_an_unusable_camera_info_is_named_in_the_rejection(renderer: Any) -> None:
     read = reader()
     with pytest.raises(ValueError, match='focal lengths above 0, got 0'):
         read.set_camera_info(camera_info(0.0))
-    (pair,) = frames(studio, 100 * MS)
+    (pair,) = frames(renderer, 100 * MS)
     result = read.read(*pair)
     assert result.reason == 'no camera_info'
     assert 'focal lengths above 0, got 0' in result.sentence
 
 
 def test_a_changed_camera_info_restarts_perception_and_an_unusable_one_does_not(
-    studio: Any,
+    renderer: Any,
 ) -> None:
     read = reader()
     read.set_camera_info(camera_info())
-    for pair in frames(studio, *(k * 100 * MS for k in range(1, 4))):
+    for pair in frames(renderer, *(k * 100 * MS for k in range(1, 4))):
         read.read(*pair)
     assert read.background_learned
     assert not read.set_camera_info(camera_info())
@@ -98,11 +98,11 @@ def test_a_changed_camera_info_restarts_perception_and_an_unusable_one_does_not(
     assert not read.background_learned
 
 
-def test_stamps_that_start_again_restart_tracking_alone(studio: Any) -> None:
+def test_stamps_that_start_again_restart_tracking_alone(renderer: Any) -> None:
     read = reader()
     read.set_camera_info(camera_info())
     stamps = [9000 * MS, 9100 * MS, 9200 * MS, 100 * MS, 200 * MS]
-    results = [read.read(*pair) for pair in frames(studio, *stamps)]
+    results = [read.read(*pair) for pair in frames(renderer, *stamps)]
     assert [r.restarted for r in results] == [False] * 4 + [True]
     assert results[3].reason == 'older than the last'
     assert read.background_learned

@@ -22,9 +22,9 @@ ENTRY = {'colour': [PART], 'length': 0.06, 'width': 0.05, 'height': 0.04, 'area'
 
 
 @pytest.fixture
-def images(studio, lemon, tmp_path: Path) -> list[str]:
+def images(renderer, lemon, tmp_path: Path) -> list[str]:
     """The paths of a colour and a depth image of one thing on a table."""
-    frame = studio.frame(lemon(0.44, -0.02))
+    frame = renderer.frame(lemon(0.44, -0.02))
     paths = [str(tmp_path / 'color.png'), str(tmp_path / 'depth.png')]
     cv2.imwrite(paths[0], frame.rgb[:, :, ::-1])
     cv2.imwrite(paths[1], np.nan_to_num(frame.depth * 1000).astype(np.uint16))

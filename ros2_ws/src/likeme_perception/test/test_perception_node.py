@@ -175,37 +175,39 @@ def test_stamps_that_go_back_restart_tracking(rig: Rig, renderer) -> None:
     rig.until(lambda: bool(rig.states) and rig.states[-1].header.stamp.sec < 50, 'a state again')
 
 
-def test_reset_forgets_camera_background_and_objects(rig: Rig, studio) -> None:
+def test_reset_forgets_camera_background_and_objects(rig: Rig, renderer) -> None:
     client = rig.probe.create_client(Trigger, 'perception/reset')
     rig.until(client.service_is_ready, 'the service')
-    rig.info(studio.frame())
+    rig.info(renderer.frame())
     for _ in range(7):
-        rig.send(studio.frame())
+        rig.send(renderer.frame())
     rig.until(lambda: bool(rig.states), 'a table state')
     future = client.call_async(Trigger.Request())
     rig.until(future.done, 'the answer')
     assert future.result().success
     # Stamps may start anywhere, and camera_info of the old camera does not count.
-    studio.stamp = 0
-    rig.send(studio.frame())
+    renderer.stamp = 0
+    rig.send(renderer.frame())
     assert rig.dropped() == {'no camera_info': 1}
-    rig.info(studio.frame())
+    rig.info(renderer.frame())
     states = len(rig.states)
     for _ in range(7):
-        rig.send(studio.frame())
+        rig.send(renderer.frame())
     rig.until(lambda: len(rig.states) > states, 'a table state of the new background')
     assert 0 < len(rig.states) - states <= 3, 'the background must be learned anew'
 
 
-def test_camera_info_is_acknowledged_with_the_reason_when_it_is_unusable(rig: Rig, studio) -> None:
+def test_camera_info_is_acknowledged_with_the_reason_when_it_is_unusable(
+    rig: Rig, renderer
+) -> None:
     done: list[FrameDone] = []
     rig.probe.create_subscription(FrameDone, 'frame_done', done.append, 10)
     rig.until(lambda: rig.node._done_pub.get_subscription_count() > 0, 'a subscription')
-    bad = info_of(studio.frame())
+    bad = info_of(renderer.frame())
     bad.k = [0.0] * 9
     rig._send['camera/rgb/camera_info'].publish(bad)
     rig.until(lambda: bool(done), 'an acknowledgement')
-    rig.info(studio.frame())
+    rig.info(renderer.frame())
     rig.until(lambda: len(done) == 2, 'an acknowledgement')
     assert [message.kind for message in done] == [FrameDone.CAMERA_INFO] * 2
     assert 'focal lengths above 0, got 0' in done[0].reason
