@@ -71,7 +71,7 @@ def test_bad_demonstrations(field: str, value: Any, why: str) -> None:
         messages.read_demonstration(msg, KNOWN)
 
 
-def test_a_table_leaves_out_what_is_unknown() -> None:
+def test_unknown_states_are_omitted() -> None:
     objects = [ObjectState(name='pear', state=1), ObjectState(name='lemon', state=3)]
     view = messages.read_table(TableState(settled=True, objects=objects))
 
@@ -80,7 +80,7 @@ def test_a_table_leaves_out_what_is_unknown() -> None:
         messages.read_table(TableState(objects=[ObjectState(name='plum', state=4)]))
 
 
-def test_an_arm_s_answer_that_is_none() -> None:
+def test_unknown_motion_outcomes() -> None:
     good = messages.read_motion(ExecuteAction.Response(outcome=3, finished=Time(sec=4)))
     bad = messages.read_motion(ExecuteAction.Response(outcome=77))
 

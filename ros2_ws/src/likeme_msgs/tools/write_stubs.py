@@ -43,9 +43,11 @@ def class_lines(message: Any, name: str, indent: str = '') -> Iterator[str]:
     for field, kind in fields:
         yield f'{indent}    {field}: {kind}'
     if fields:
-        yield f'{indent}    def __init__(self, *, ' + ', '.join(
-            f'{field}: {kind} = ...' for field, kind in fields
-        ) + ') -> None: ...'
+        yield (
+            f'{indent}    def __init__(self, *, '
+            + ', '.join(f'{field}: {kind} = ...' for field, kind in fields)
+            + ') -> None: ...'
+        )
     else:
         yield f'{indent}    def __init__(self) -> None: ...'
     yield f'{indent}    @classmethod'
