@@ -17,8 +17,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from likeme_bringup import processes
 from likeme_bringup.supervisor import Child, Ended, Supervisor
+from likeme_core import processes
 
 BOUND = 60.0
 # Prints its pid, then sleeps; SIGINT ends it with exit code 0.

@@ -5,7 +5,7 @@ import pytest
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Manner
-from likeme_inference.experience.policy import InformationGain
+from likeme_inference.experience.exploration_policy import InformationGain
 from likeme_inference.experience.trial import no_counts
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
 from likeme_inference.tabletop.active_exploration import help_rate, information_gain
