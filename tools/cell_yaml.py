@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import rclpy
 from domain_coordinator import domain_id
@@ -26,7 +27,7 @@ HEADER = """\
 GAZE = 'likeme_gaze.gaze_node'
 
 
-def node_class(module: str) -> type[Node]:
+def node_class(module: str) -> Callable[[], Node]:
     """The one node class a module defines."""
     members = vars(importlib.import_module(module)).values()
     kinds = [
@@ -44,7 +45,8 @@ def section(node: Node) -> Iterator[str]:
     yield from ('', f'{node.get_name()}:', '  ros__parameters:')
     for name, parameter in node.get_parameters_by_prefix('').items():
         if name.partition('.')[0] not in COMMON:
-            about = node.describe_parameter(name)
+            # Annotated as a parameter's value in rclpy 7.1.
+            about: Any = node.describe_parameter(name)
             yield f'    # {about.description.rstrip(".")}{limits(about)}.'
             yield f'    {name}: {flow(parameter.value)}'
 
