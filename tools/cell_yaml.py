@@ -9,11 +9,12 @@ import importlib
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 import rclpy
 from domain_coordinator import domain_id
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from likeme_bringup.parameter_files import COMMON
 from likeme_bringup.ros.param_command import flow, limits
@@ -43,10 +44,11 @@ def node_class(module: str) -> Callable[[], Node]:
 def section(node: Node) -> Iterator[str]:
     """The YAML lines of one node."""
     yield from ('', f'{node.get_name()}:', '  ros__parameters:')
-    for name, parameter in node.get_parameters_by_prefix('').items():
+    # Annotated as values in rclpy 7.1; they are parameters.
+    parameters = cast(dict[str, Parameter], node.get_parameters_by_prefix(''))
+    for name, parameter in parameters.items():
         if name.partition('.')[0] not in COMMON:
-            # Annotated as a parameter's value in rclpy 7.1.
-            about: Any = node.describe_parameter(name)
+            about = node.describe_parameter(name)
             yield f'    # {about.description.rstrip(".")}{limits(about)}.'
             yield f'    {name}: {flow(parameter.value)}'
 
