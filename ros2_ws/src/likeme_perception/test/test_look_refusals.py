@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig, config_from
-from likeme_perception.identification import load_catalogue
 from likeme_perception.look import app
 
 CAMERA = {'fx': 262.5, 'fy': 262.5, 'cx': 159.5, 'cy': 119.5}
