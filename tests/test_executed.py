@@ -18,7 +18,7 @@ from likeme_experiments.commands.reproduce import app
 from likeme_experiments.evaluation.episode import ImitationEpisode, PerceivedDemonstration
 from likeme_experiments.evaluation.forecast import DemonstrationCase
 from likeme_experiments.imitation import demonstration, episode_log, episodes
-from likeme_experiments.imitation.demonstration import single_object_cell
+from likeme_experiments.imitation.demonstration import temporary_cell
 from likeme_experiments.imitation.episode_log import EpisodeLog, fingerprint
 from likeme_experiments.imitation.episodes import EpisodeTask, make_episode, tasks
 from likeme_experiments.imitation.imitation_cell import ImitationCell
@@ -53,7 +53,7 @@ def only(name: str) -> RobotModel:
 
 def test_a_result_depends_on_the_actions_alone() -> None:
     push, place = Action.PUSH_RIGHT, Action.PLACE_RIGHT
-    with single_object_cell('lemon') as one, single_object_cell('lemon') as other:
+    with temporary_cell('lemon') as one, temporary_cell('lemon') as other:
         wandering = ImitationCell(one, 'lemon', State.LEFT, 7)
         wandering.execute((), place)
         first = wandering.execute((), push)

@@ -117,7 +117,9 @@ def test_no_modules_import_each_other_in_a_circle() -> None:
 COME_WITH_OTHERS = {'ament_index_python', 'domain_coordinator', 'pybullet_data', 'pybullet_utils'}
 #: What is imported: its key in rosdep (None: it has none), its name for pip.
 KEYS = {
+    'apsw': (None, 'apsw'),
     'backports': (None, 'backports.zstd'),
+    'PIL': ('python3-pil', 'pillow'),
     'cv2': ('python3-opencv', 'opencv-python-headless'),
     'distributed': (None, 'distributed'),
     'lz4': (None, 'lz4'),

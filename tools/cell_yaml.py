@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import cast
 
 import rclpy
 from domain_coordinator import domain_id
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from likeme_bringup.parameter_files import COMMON
 from likeme_bringup.ros.param_command import flow, limits
@@ -26,7 +28,7 @@ HEADER = """\
 GAZE = 'likeme_gaze.gaze_node'
 
 
-def node_class(module: str) -> type[Node]:
+def node_class(module: str) -> Callable[[], Node]:
     """The one node class a module defines."""
     members = vars(importlib.import_module(module)).values()
     kinds = [
@@ -42,7 +44,9 @@ def node_class(module: str) -> type[Node]:
 def section(node: Node) -> Iterator[str]:
     """The YAML lines of one node."""
     yield from ('', f'{node.get_name()}:', '  ros__parameters:')
-    for name, parameter in node.get_parameters_by_prefix('').items():
+    # Annotated as values in rclpy 7.1; they are parameters.
+    parameters = cast(dict[str, Parameter], node.get_parameters_by_prefix(''))
+    for name, parameter in parameters.items():
         if name.partition('.')[0] not in COMMON:
             about = node.describe_parameter(name)
             yield f'    # {about.description.rstrip(".")}{limits(about)}.'

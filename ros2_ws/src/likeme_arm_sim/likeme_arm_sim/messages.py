@@ -15,7 +15,7 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.scene import CameraMount
-from likeme_arm_sim.simulation_driver import MotionReport, SimulationDriver
+from likeme_arm_sim.simulation_driver import SimulationDriver, StampedResult
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
@@ -84,7 +84,7 @@ def _view(item: ObjectState) -> ObjectView:
 
 
 def motion_response(
-    report: MotionReport, response: ExecuteAction.Response
+    report: StampedResult, response: ExecuteAction.Response
 ) -> ExecuteAction.Response:
     """How a motion ended."""
     response.success = report.outcome is MotionOutcome.COMPLETED

@@ -38,7 +38,7 @@ class SimulationSettings:
     wall_time: bool = False
 
 
-class MotionReport(NamedTuple):
+class StampedResult(NamedTuple):
     """How a motion ended; its start and end, ns since the epoch, 0 if nothing moved."""
 
     outcome: MotionOutcome
@@ -106,7 +106,7 @@ class SimulationDriver:
 
     def execute(
         self, actor: Actor, name: str, action: int, expires: int = 0
-    ) -> Future[MotionReport] | None:
+    ) -> Future[StampedResult] | None:
         """Queue one of the six actions; None while this actor's last one has not ended.
 
         expires: ns since the epoch after which the motion is not started; 0: never.
@@ -135,20 +135,20 @@ class SimulationDriver:
         self._clear_table_due = True
         return 'Motion is allowed again.'
 
-    def _run(self, actor: Actor, name: str, action: int, expires: int) -> MotionReport:
+    def _run(self, actor: Actor, name: str, action: int, expires: int) -> StampedResult:
         started = self.now
         if expires and started > expires:
             late = (started - expires) * 1e-9
-            return MotionReport(MotionOutcome.EXPIRED, f'The request expired {late:.1f} s ago.')
+            return StampedResult(MotionOutcome.EXPIRED, f'The request expired {late:.1f} s ago.')
         budget = self._settings.motion_budget
         try:
             result = self.cell.run_action(actor, name, action, self._view, self._tick, budget)
         except Exception as error:
             self._on_error(error)
             message = f'The motion failed: {type(error).__name__}: {error}'
-            return MotionReport(MotionOutcome.FAILED, message, started, self.now)
+            return StampedResult(MotionOutcome.FAILED, message, started, self.now)
         moved = (started, self.now) if result.started is not None else ()
-        return MotionReport(result.outcome, result.message, *moved)
+        return StampedResult(result.outcome, result.message, *moved)
 
     def _reset(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
         try:

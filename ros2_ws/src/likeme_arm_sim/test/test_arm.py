@@ -1,4 +1,4 @@
-"""The arm in the world: where it goes, what it holds, what it hides."""
+"""The simulated arm: lines, grasps, occlusion of the table."""
 
 from __future__ import annotations
 

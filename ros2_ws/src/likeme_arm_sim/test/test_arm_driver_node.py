@@ -188,9 +188,7 @@ def test_the_arm_goes_where_perception_says(client: Client) -> None:
 
 
 @pytest.mark.parametrize(('x', 'y'), [(float('nan'), -0.2), (0.44, float('inf'))])
-def test_an_object_that_is_not_over_the_table_is_refused(
-    client: Client, x: float, y: float
-) -> None:
+def test_an_object_off_the_table_is_refused(client: Client, x: float, y: float) -> None:
     said, deadline = '', time.monotonic() + 20
     while 'over the table' not in said and time.monotonic() < deadline:
         client.show_chicken(y=y, x=x)

@@ -1,4 +1,4 @@
-"""The arm that is not quite where it believes to be."""
+"""Calibration error and play of the arm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cell as its users see it."""
+"""The simulated cell: actions, refusals, hold, reset, frames."""
 
 from __future__ import annotations
 
@@ -275,7 +275,7 @@ def test_a_cell_whose_arm_is_real_does_not_draw_it() -> None:
         # Over the table, where the camera sees it.
         cell.arm.skip_free_space = True
         cell.arm.reach(ToolPose(0.45, 0.0, 0.2, 0.0))
-    table_only = Cell(Scene(), 3)
-    frames = [cell.frame().rgb for cell in (drawn, hidden, table_only)]
+    empty = Cell(Scene(), 3, arm_visible=False)
+    frames = [cell.frame().rgb for cell in (drawn, hidden, empty)]
     assert not np.array_equal(frames[0], frames[2])
     assert np.array_equal(frames[1], frames[2])

@@ -1,4 +1,4 @@
-"""Fast trials: each way of failing has its own physical cause, and a seed repeats itself."""
+"""Headless trials: causes of failure, and dependence on the seed alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The planning copy of the arm."""
+"""Forward and inverse kinematics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Between values and ROS messages."""
+"""Conversion to and from ROS messages."""
 
 from __future__ import annotations
 

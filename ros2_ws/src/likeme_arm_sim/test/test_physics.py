@@ -1,4 +1,4 @@
-"""The numbers of the simulated matter reach the physics engine."""
+"""Physical parameters reach the physics engine."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ from likeme_arm.motion import ObjectView
 from likeme_arm_sim import simulation_thread
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.scene import Scene
-from likeme_arm_sim.simulation_driver import MotionReport, SimulationDriver, SimulationSettings
+from likeme_arm_sim.simulation_driver import SimulationDriver, SimulationSettings, StampedResult
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import State
 
@@ -52,7 +52,7 @@ def watched(cell: Cell) -> Iterator[Watched]:
     made.driver.stop()
 
 
-def act(watched: Watched, actor: Actor = Actor.HUMAN, expires: int = 0) -> MotionReport:
+def act(watched: Watched, actor: Actor = Actor.HUMAN, expires: int = 0) -> StampedResult:
     job = watched.driver.execute(actor, 'chicken', 0, expires)
     assert job is not None
     return job.result(30.0)

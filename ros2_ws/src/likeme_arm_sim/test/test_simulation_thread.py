@@ -16,40 +16,40 @@ def idled() -> threading.Event:
 
 
 @pytest.fixture
-def worker(idled: threading.Event) -> Iterator[SimulationThread]:
+def thread(idled: threading.Event) -> Iterator[SimulationThread]:
     def idle() -> None:
         idled.set()
         threading.Event().wait(0.001)
 
-    worker = SimulationThread(idle, lambda error: None)
-    worker.start()
-    yield worker
-    worker.stop()
+    thread = SimulationThread(idle, lambda error: None)
+    thread.start()
+    yield thread
+    thread.stop()
 
 
-def test_idles_until_there_is_a_job(worker: SimulationThread, idled: threading.Event) -> None:
+def test_idles_until_there_is_a_job(thread: SimulationThread, idled: threading.Event) -> None:
     assert idled.wait(5.0)
-    job = worker.submit('arm', lambda: threading.current_thread().name)
+    job = thread.submit('arm', lambda: threading.current_thread().name)
     assert job is not None
     assert job.result(5.0) == 'simulation'
 
 
-def test_takes_one_job_of_an_owner_at_a_time(worker: SimulationThread) -> None:
+def test_takes_one_job_of_an_owner_at_a_time(thread: SimulationThread) -> None:
     go_on = threading.Event()
-    first = worker.submit('arm', lambda: go_on.wait(5.0))
+    first = thread.submit('arm', lambda: go_on.wait(5.0))
     assert first is not None
-    assert worker.submit('arm', lambda: True) is None
+    assert thread.submit('arm', lambda: True) is None
     go_on.set()
     assert first.result(5.0)
-    again = worker.submit('arm', lambda: True)
+    again = thread.submit('arm', lambda: True)
     assert again is not None
     assert again.result(5.0)
 
 
-def test_a_job_of_another_owner_waits_for_its_turn(worker: SimulationThread) -> None:
+def test_a_job_of_another_owner_waits_for_its_turn(thread: SimulationThread) -> None:
     go_on, order = threading.Event(), []
-    first = worker.submit('human', lambda: go_on.wait(5.0) and order.append('human'))
-    second = worker.submit('arm', lambda: order.append('arm'))
+    first = thread.submit('human', lambda: go_on.wait(5.0) and order.append('human'))
+    second = thread.submit('arm', lambda: order.append('arm'))
     assert first is not None
     assert second is not None
     assert not second.done()
@@ -58,11 +58,11 @@ def test_a_job_of_another_owner_waits_for_its_turn(worker: SimulationThread) -> 
     assert order == ['human', 'arm']
 
 
-def test_the_error_of_a_job_is_set_on_its_future(worker: SimulationThread) -> None:
-    failing = worker.submit('arm', lambda: 1 / 0)
+def test_the_error_of_a_job_is_set_on_its_future(thread: SimulationThread) -> None:
+    failing = thread.submit('arm', lambda: 1 / 0)
     assert failing is not None
     assert isinstance(failing.exception(5.0), ZeroDivisionError)
-    assert not worker.busy
+    assert not thread.busy
 
 
 def test_an_error_of_idling_is_reported() -> None:
@@ -74,12 +74,12 @@ def test_an_error_of_idling_is_reported() -> None:
         if len(errors) == 2:
             twice.set()
 
-    worker = SimulationThread(lambda: [][0], tell)
-    worker.start()
+    thread = SimulationThread(lambda: [][0], tell)
+    thread.start()
     assert twice.wait(5.0)
-    worker.stop()
+    thread.stop()
 
 
-def test_a_stopped_thread_accepts_no_jobs(worker: SimulationThread) -> None:
-    worker.stop()
-    assert worker.submit('arm', lambda: True) is None
+def test_a_stopped_thread_accepts_no_jobs(thread: SimulationThread) -> None:
+    thread.stop()
+    assert thread.submit('arm', lambda: True) is None

@@ -16,6 +16,7 @@ from sensor_msgs.msg import Image
 
 from likeme_bringup import narration
 from likeme_bringup.demo_acts import DemoAct, DemoActResult
+from likeme_bringup.frame_buffer import FrameBuffer
 from likeme_bringup.storyboard import Panel, StoryboardRow
 from likeme_core.ros.qos import LATCHED
 from likeme_core.tabletop import Action, Manner, State
@@ -32,8 +33,6 @@ Operator = Callable[[Any, Callable[[], None]], tuple[int, str]]
 #: Timeouts, s.
 READY_TIMEOUT, EVENT_TIMEOUT, MOTION_TIMEOUT, OUTCOME_TIMEOUT = 60.0, 20.0, 60.0, 120.0
 REPLY_TIMEOUT = 10.0
-#: Frames kept of one part of an act; from then on every other one is dropped.
-MAX_FRAMES = 64
 
 
 class DemoStoppedError(Exception):
@@ -56,7 +55,7 @@ class DemoNode(Node):
         # Messages received since the act began, by their type.
         self._received: dict[type, list[Any]] = defaultdict(list)
         self._table: TableState | None = None
-        self._frames: list[Image] = []
+        self._frames = FrameBuffer[Image]()
         self._panels: list[Panel] = []
         self.rows: list[StoryboardRow] = []
         self._executor = SingleThreadedExecutor()
@@ -69,7 +68,7 @@ class DemoNode(Node):
             (Outcome, 'outcome', LATCHED),
         ):
             self.create_subscription(kind, topic, partial(self._on_message, kind), qos)
-        self.create_subscription(Image, 'table_overlay', self._on_frame, qos_profile_sensor_data)
+        self.create_subscription(Image, 'table_overlay', self._frames.add, qos_profile_sensor_data)
         self._human = self.create_client(ExecuteAction, 'human/execute_action')
         self._arm = self.create_client(ExecuteAction, 'arm/execute_action')
         self._reset = self.create_client(ResetCell, 'cell/reset')
@@ -223,20 +222,15 @@ class DemoNode(Node):
     def _on_table(self, message: TableState) -> None:
         self._table = message
 
-    def _on_frame(self, message: Image) -> None:
-        self._frames.append(message)
-        if len(self._frames) > MAX_FRAMES:
-            del self._frames[1::2]
-
     def _keep_next_frame(self, title: str) -> None:
         self._frames.clear()
-        self._wait_for(lambda: self._frames, REPLY_TIMEOUT, 'an image on table_overlay')
-        self._keep(title, self._frames[-1])
+        self._wait_for(lambda: len(self._frames), REPLY_TIMEOUT, 'an image on table_overlay')
+        self._keep(title, self._frames.middle())
 
     def _keep_middle_frame(self, title: str) -> None:
         """Keep the frame from halfway through the last part of the act."""
-        if self._frames:
-            self._keep(title, self._frames[len(self._frames) // 2])
+        if len(self._frames):
+            self._keep(title, self._frames.middle())
 
     def _keep(self, title: str, image: Image) -> None:
         size = image.height, image.width, image.step

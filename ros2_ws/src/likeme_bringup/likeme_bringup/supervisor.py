@@ -1,6 +1,6 @@
-"""Several processes as one: when one ends all end, and none outlives the supervisor.
+"""Runs several processes as one: when one ends all are ended, and none outlives the supervisor.
 
-Linux only: pidfd to notice an end.
+Linux only: the end of a process is noticed by its pidfd.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ COLOURS = ('36', '33', '35', '32', '34', '31')
 
 
 class Child(NamedTuple):
-    """One process to run, and the name its lines carry."""
+    """One process to run, and the prefix of its output lines."""
 
     name: str
     command: Sequence[str]
@@ -37,8 +37,8 @@ class Ended(NamedTuple):
     code: int
 
     @property
-    def sentence(self) -> str:
-        """The end in words."""
+    def message(self) -> str:
+        """The end in one sentence."""
         if self.code < 0:
             return f'{self.name} was ended by {signal.Signals(-self.code).name}'
         return f'{self.name} ended with exit code {self.code}'
@@ -46,7 +46,7 @@ class Ended(NamedTuple):
 
 @dataclass
 class _Running:
-    """A started child, the descriptor that tells its end, and its unfinished last line."""
+    """A started child, its pidfd, and its incomplete last line."""
 
     process: subprocess.Popen[bytes]
     pidfd: int
@@ -55,7 +55,7 @@ class _Running:
 
 
 class Supervisor:
-    """Starts children, forwards their lines with a prefix, ends them all.
+    """Starts children, forwards their output with a prefix, and ends them.
 
     `start`, then `watch` as often as wanted, then `stop`; or `run`, which does all three until a
     child ends or SIGINT, SIGTERM or SIGHUP comes. Also a context manager (start ... stop).
@@ -107,7 +107,7 @@ class Supervisor:
             left = None if deadline is None else deadline - time.monotonic()
             if left is not None and left < 0:
                 return None
-            self._turn(left)
+            self._poll(left)
         return self._ended.pop(0) if self._ended else None
 
     def stop(self) -> list[Ended]:
@@ -120,8 +120,8 @@ class Supervisor:
                 child.process.send_signal(step)
             deadline = time.monotonic() + self.grace
             while self._running and (left := deadline - time.monotonic()) > 0:
-                self._turn(left)
-        # Several may have ended in one turn.
+                self._poll(left)
+        # Several may have ended in one poll.
         ends, self._ended = self._ended, []
         return ends
 
@@ -144,10 +144,10 @@ class Supervisor:
             self.start()
             end: Ended | None = None
             while end is None and not asked and self._running:
-                self._turn(None)
+                self._poll(None)
                 end = self._ended.pop(0) if self._ended else None
             if end is not None:
-                self.log(f'{end.sentence}; ending the others.')
+                self.log(f'{end.message}; ending the others.')
             killed = [e for e in self.stop() if e.code == -signal.SIGKILL]
             return 1 if end is not None or killed else 0
         finally:
@@ -160,7 +160,7 @@ class Supervisor:
             os.close(wake_write)
 
     def _start(self, child: Child, label: str, colour: str) -> None:
-        # In a group of its own the terminal's Ctrl-C reaches a child once, through `stop`.
+        # In its own process group a child gets the terminal's Ctrl-C once, through `stop`.
         process = processes.start(child.command, subprocess.PIPE, child.environment)
         assert process.stdout is not None
         os.set_blocking(process.stdout.fileno(), False)
@@ -170,8 +170,8 @@ class Supervisor:
         self._selector.register(process.stdout, selectors.EVENT_READ, child.name)
         self._selector.register(pidfd, selectors.EVENT_READ, child.name)
 
-    def _turn(self, timeout: float | None) -> None:
-        """Wait once, forward what came, take leave of the children that ended."""
+    def _poll(self, timeout: float | None) -> None:
+        """Wait once, forward output, and remove the children that have ended."""
         for key, _ in self._selector.select(timeout):
             if key.data is None:
                 os.read(key.fd, 512)
@@ -179,12 +179,12 @@ class Supervisor:
                 child = self._running[key.data]
                 still_open = self._forward(child)
                 if key.fd == child.pidfd:
-                    self._bury(key.data, child)
+                    self._remove(key.data, child)
                 elif not still_open:
                     self._selector.unregister(key.fileobj)
 
     def _forward(self, child: _Running) -> bool:
-        """Write the whole lines a child has sent; return whether its output is still open."""
+        """Write the complete lines of a child; return whether its output is still open."""
         assert child.process.stdout is not None
         while chunk := child.process.stdout.read(65536):
             *lines, child.rest = (child.rest + chunk).split(b'\n')
@@ -192,7 +192,7 @@ class Supervisor:
                 self._line(child.prefix, line)
         return chunk is None
 
-    def _bury(self, name: str, child: _Running) -> None:
+    def _remove(self, name: str, child: _Running) -> None:
         assert child.process.stdout is not None
         if child.rest:
             self._line(child.prefix, child.rest)
@@ -213,5 +213,5 @@ class Supervisor:
             self._out.write(f'{prefix} | {line.decode(errors="replace")}\n')
             self._out.flush()
         except BrokenPipeError:
-            # The reader of our output went away (`start_cell.sh | head`): go on without it.
+            # The reader of the output has ended (`start_cell.sh | head`): discard the rest.
             self._out = open(os.devnull, 'w', encoding='utf-8')  # noqa: SIM115

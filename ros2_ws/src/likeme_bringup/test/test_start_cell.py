@@ -1,4 +1,4 @@
-"""What is started, with which ROS arguments; the launch file against stand-ins for `launch`."""
+"""Processes of a start and their ROS arguments; the launch file with stand-ins for `launch`."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_wrong_usage_is_refused_before_anything_starts(arguments: list[str]) -> 
 
 
 class Stand:
-    """Stands for any launch entity: remembers what it was made with."""
+    """Stand-in for any launch entity: keeps its arguments."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self.args, self.kwargs = args, kwargs

@@ -17,12 +17,12 @@ from pathlib import Path
 import psutil
 import pytest
 
-from likeme_bringup import processes
 from likeme_bringup.supervisor import Child, Ended, Supervisor
+from likeme_core import processes
 
 BOUND = 60.0
-# Says its pid, then sleeps; SIGINT ends it with exit code 0.
-PATIENT = """
+# Prints its pid, then sleeps; SIGINT ends it with exit code 0.
+RUNNING = """
 import signal, sys, os
 signal.signal(signal.SIGINT, lambda *_: sys.exit(0))
 print('up', os.getpid(), flush=True)
@@ -42,7 +42,7 @@ def python(name: str, code: str) -> Child:
 
 
 def wait_for(supervisor: Supervisor, out: io.StringIO, words: str) -> None:
-    """Turn the supervisor until `words` have been said."""
+    """Poll the supervisor until `words` were printed."""
     for _ in range(200):
         if words in out.getvalue():
             return
@@ -70,30 +70,30 @@ def test_lines_carry_the_name_of_their_child() -> None:
     assert out.getvalue() == 'one | hello\none | rest\n'
 
 
-def test_one_dies_and_the_others_end() -> None:
+def test_when_one_ends_the_others_are_ended() -> None:
     out = io.StringIO()
-    children = [python('stays', PATIENT), python('dies', 'import sys; sys.exit(3)')]
+    children = [python('stays', RUNNING), python('dies', 'import sys; sys.exit(3)')]
     assert Supervisor(children, out=out, grace=BOUND).run() == 1
     assert 'dies ended with exit code 3; ending the others.' in out.getvalue()
 
 
 def test_an_end_by_a_signal_is_named() -> None:
-    assert Ended('arm', -signal.SIGSEGV).sentence == 'arm was ended by SIGSEGV'
+    assert Ended('arm', -signal.SIGSEGV).message == 'arm was ended by SIGSEGV'
 
 
 def test_a_child_that_cannot_start_ends_the_others() -> None:
     before = psutil.Process().children()
     supervisor = Supervisor(
-        [python('stays', PATIENT), Child('absent', ['/no/such/program'])], out=io.StringIO()
+        [python('stays', RUNNING), Child('absent', ['/no/such/program'])], out=io.StringIO()
     )
     with pytest.raises(FileNotFoundError):
         supervisor.start()
     assert psutil.Process().children() == before
 
 
-def test_stop_asks_politely_first() -> None:
+def test_stop_sends_sigint_first() -> None:
     out = io.StringIO()
-    supervisor = Supervisor([python('one', PATIENT), python('two', PATIENT)], out=out, grace=BOUND)
+    supervisor = Supervisor([python('one', RUNNING), python('two', RUNNING)], out=out, grace=BOUND)
     with supervisor:
         wait_for(supervisor, out, 'one | up')
         wait_for(supervisor, out, 'two | up')
@@ -105,15 +105,15 @@ class Late(Supervisor):
 
     late = False
 
-    def _turn(self, timeout: float | None) -> None:
+    def _poll(self, timeout: float | None) -> None:
         for child in self._running.values() if self.late else ():
             os.waitid(os.P_PID, child.process.pid, os.WEXITED | os.WNOWAIT)
-        super()._turn(timeout)
+        super()._poll(timeout)
 
 
-def test_children_that_end_at_once_are_all_told_of() -> None:
+def test_children_that_end_at_the_same_time_are_all_reported() -> None:
     out = io.StringIO()
-    children = [python('one', PATIENT), python('two', PATIENT)]
+    children = [python('one', RUNNING), python('two', RUNNING)]
     with Late(children, out=out, grace=BOUND) as supervisor:
         wait_for(supervisor, out, 'one | up')
         wait_for(supervisor, out, 'two | up')
@@ -121,7 +121,7 @@ def test_children_that_end_at_once_are_all_told_of() -> None:
         assert sorted(supervisor.stop()) == [Ended('one', 0), Ended('two', 0)]
 
 
-def test_a_child_that_ignores_all_is_killed() -> None:
+def test_a_child_that_ignores_signals_is_killed() -> None:
     out = io.StringIO()
     supervisor = Supervisor([python('mule', STUBBORN)], out=out, grace=0.2)
     with supervisor:
@@ -133,7 +133,7 @@ def test_a_child_that_ignores_all_is_killed() -> None:
 
 def test_watch_returns_none_when_nothing_ended() -> None:
     out = io.StringIO()
-    with Supervisor([python('one', PATIENT)], out=out, grace=BOUND) as supervisor:
+    with Supervisor([python('one', RUNNING)], out=out, grace=BOUND) as supervisor:
         wait_for(supervisor, out, 'up')
         assert supervisor.watch(0.0) is None
 
@@ -149,7 +149,7 @@ sys.exit(Supervisor(children, grace=20).run())
 
 @pytest.fixture(params=[()])
 def running(request: pytest.FixtureRequest) -> Iterator[tuple[subprocess.Popen[str], list[int]]]:
-    """A supervisor process with two children that have said their pids.
+    """A supervisor process with two children that have printed their pids.
 
     The parameter: signals that it inherits ignored.
     """
@@ -164,7 +164,7 @@ def running(request: pytest.FixtureRequest) -> Iterator[tuple[subprocess.Popen[s
             signal.signal(number, signal.SIG_IGN if number in request.param else signal.SIG_DFL)
 
     process = subprocess.Popen(
-        [sys.executable, '-S', '-c', RUNNER, PATIENT],
+        [sys.executable, '-S', '-c', RUNNER, RUNNING],
         preexec_fn=inherit,
         stdout=subprocess.PIPE,
         text=True,

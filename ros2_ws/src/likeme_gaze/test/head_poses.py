@@ -1,4 +1,4 @@
-"""Mentors for tests: head poses as values and as messages."""
+"""Head poses for tests, as values and as messages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The textbook's moments in 80 decimal digits, where its differences lose nothing that matters."""
+"""The textbook moments evaluated with 80 decimal digits."""
 
 from __future__ import annotations
 

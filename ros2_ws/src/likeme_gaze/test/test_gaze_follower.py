@@ -36,7 +36,7 @@ def follower(model: GazeModel) -> GazeFollower:
     return follower
 
 
-def test_follows(follower: GazeFollower) -> None:
+def test_gaze_is_followed(follower: GazeFollower) -> None:
     for seen in range(1, 6):
         following = follower.observe(LEFT, AWAY)
         assert follower.observations == seen
@@ -47,14 +47,14 @@ def test_follows(follower: GazeFollower) -> None:
     assert following.final.mean[1] == pytest.approx(AWAY, abs=40)
 
 
-def test_by_the_line_of_sight_alone(follower: GazeFollower) -> None:
+def test_without_distances(follower: GazeFollower) -> None:
     following = follower.observe(LEFT)
     x, y = following.goal.mean
     assert math.atan2(-y, 600 - x) == pytest.approx(math.pi / 4, abs=0.15)
     assert np.sqrt(np.linalg.eigvalsh(following.goal.covariance)[1]) > 100
 
 
-def test_where_the_world_has_its_origin_does_not_matter(model: GazeModel) -> None:
+def test_results_do_not_depend_on_the_parent_frame(model: GazeModel) -> None:
     here = GazeFollower(model, AGENT, agent_heading=0.3)
     here.start(MENTOR)
     world = Pose2(-250.0, 70.0, 2.5)
@@ -71,7 +71,7 @@ def test_where_the_world_has_its_origin_does_not_matter(model: GazeModel) -> Non
     assert other.action.mean == pytest.approx(one.action.mean, rel=1e-6)
 
 
-def test_headings_count_modulo_a_turn(follower: GazeFollower, model: GazeModel) -> None:
+def test_headings_are_modulo_a_full_turn(follower: GazeFollower, model: GazeModel) -> None:
     plain = follower.observe(LEFT, AWAY)
     again = GazeFollower(model, AGENT)
     again.start(MENTOR._replace(heading=-math.pi))
@@ -87,13 +87,13 @@ def test_a_blindfolded_mentor_is_not_followed(model: GazeModel) -> None:
     assert abs(math.degrees(following.action.mean[0])) < 15
 
 
-def test_an_agent_without_a_blindfold_follows_one_all_the_same() -> None:
+def test_an_agent_without_blindfold_experience_follows() -> None:
     follower = GazeFollower(GazeModel.simulated(2, points=60), AGENT)
     follower.start(MENTOR, blindfolded=True)
     assert math.degrees(follower.observe(LEFT, AWAY).action.mean[0]) < -30
 
 
-def test_a_new_start_forgets(follower: GazeFollower) -> None:
+def test_a_new_start_pose_resets_the_follower(follower: GazeFollower) -> None:
     first = follower.observe(LEFT, AWAY)
     follower.observe(LEFT, AWAY)
     follower.start(MENTOR)
@@ -101,7 +101,7 @@ def test_a_new_start_forgets(follower: GazeFollower) -> None:
     assert follower.observe(LEFT, AWAY).goal.mean == pytest.approx(first.goal.mean, rel=1e-12)
 
 
-def test_a_prior_of_ones_own(model: GazeModel) -> None:
+def test_given_prior(model: GazeModel) -> None:
     prior = Gaussian(np.array([250.0, -250.0]), 4.0 * np.eye(2))
     follower = GazeFollower(model, AGENT, prior=prior)
     follower.start(MENTOR)

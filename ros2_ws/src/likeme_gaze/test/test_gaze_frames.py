@@ -20,7 +20,7 @@ roots = st.lists(st.floats(-30, 30), min_size=4, max_size=4).map(lambda v: np.re
 
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(poses, points, roots)
-def test_there_and_back(pose: Pose2, point: np.ndarray, root: np.ndarray) -> None:
+def test_round_trip(pose: Pose2, point: np.ndarray, root: np.ndarray) -> None:
     belief = Gaussian(point, root @ root.T)
     there = pose.belief_to_parent(belief)
     back = pose.belief_from_parent(there)
@@ -39,7 +39,7 @@ def test_a_mentor_that_faces_the_agent() -> None:
     assert Pose2(600.0, 0.0, 1.0).facing(0.0, 0.0).heading == pytest.approx(math.pi)
 
 
-def test_a_belief_turns_with_its_frame() -> None:
+def test_beliefs_rotate_with_their_frame() -> None:
     belief = Gaussian(np.array([100.0, 0.0]), np.diag([4.0, 1.0]))
     turned = Pose2(0.0, 0.0, math.pi / 2).belief_to_parent(belief)
     assert turned.mean == pytest.approx([0.0, 100.0])
@@ -68,6 +68,6 @@ def test_wrapped(angle: float) -> None:
     assert math.cos(float(wrapped(angle)) - angle) == pytest.approx(1.0)
 
 
-def test_refuses_a_pose_of_no_numbers() -> None:
+def test_invalid_poses_are_rejected() -> None:
     with pytest.raises(ValueError, match=r'Expected it to be x, y and heading.*\(0, nan, 1\)'):
         checked_pose('it', Pose2(0.0, math.nan, 1.0))

@@ -1,4 +1,4 @@
-"""Forward and reverse inference against samples, explicit formulas, the exact posterior."""
+"""Forward and reverse inference against samples and explicit formulas."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_the_coupling_of_action_and_start_matters(head: HeadModel) -> None:
     assert dropped > 1.5 * kept
 
 
-def test_reverse_inference_is_the_formula_of_the_paper(head: HeadModel) -> None:
+def test_reverse_inference_equals_the_paper_formula(head: HeadModel) -> None:
     """With J = C S⁻¹ formed: m_g + J (m_a|xf - m_a) and S_g - J (S_a - S_a|xf) J'."""
     observed = np.array([0.5, 370.0])
     found = reverse_inference(head, GOAL, START, observed)
@@ -90,8 +90,8 @@ def test_a_known_start_is_not_moved(head: HeadModel) -> None:
     assert not found.goal_and_start.covariance[2].any()
 
 
-def test_what_the_model_does_not_know_stays(head: HeadModel) -> None:
-    """A million executions wash out their noise, not the doubt about policy and transition."""
+def test_model_uncertainty_does_not_average_out(head: HeadModel) -> None:
+    """A million executions average out their noise, not the model uncertainty."""
     prior = independent(PRIOR, known([0.1]))
     final = np.array([0.4, 380.0])
     widths = [
@@ -122,7 +122,7 @@ def test_without_a_distance_the_goal_lies_somewhere_along_the_line_of_sight(
     assert np.arctan(directions[1, 1] / directions[0, 1]) == pytest.approx(0.4, abs=0.25)
 
 
-def test_an_experience_is_as_the_setting_says() -> None:
+def test_statistics_of_self_experience() -> None:
     seen = self_experience(np.random.default_rng(0), 4000)
     off = seen.action - aim(seen.goal, seen.start)
     assert off.std(axis=0) == pytest.approx([3 * DEGREE, 10.0], rel=0.05)

@@ -1,4 +1,4 @@
-"""Moments: against 80 digits where doubles lose theirs, against samples, and their laws."""
+"""Moments against an 80-digit evaluation, against samples, and their invariances."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_agrees_with_samples(with_trend: bool) -> None:
         assert (np.abs(got - samples.mean(axis=0)) <= 4.5 * error).all()
 
 
-def test_a_trend_is_a_linear_kernel_of_endless_variance() -> None:
+def test_a_trend_is_the_limit_of_a_linear_kernel() -> None:
     inputs, targets, logs, signal, noise = problem(n=20)
     gp = GaussianProcesses.from_hyperparameters(inputs, targets, logs, signal, noise, True)
     at = np.array([0.4, -0.7, 0.2])
@@ -114,7 +114,7 @@ def test_a_trend_is_a_linear_kernel_of_endless_variance() -> None:
         assert found.covariance[e, e] == pytest.approx(own, rel=1e-4)
 
 
-def test_a_batch_is_its_members() -> None:
+def test_batch_equals_single_inputs() -> None:
     gp = GaussianProcesses.from_hyperparameters(*problem())
     rng = np.random.default_rng(2)
     means = rng.normal(size=(4, 5, 3))
@@ -141,7 +141,7 @@ GP = GaussianProcesses.from_hyperparameters(*problem(n=20))
 
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(vectors, roots, sizes)
-def test_the_joint_covariance_is_one(mean: Array, root: Array, size: float) -> None:
+def test_joint_covariance_is_positive_semidefinite(mean: Array, root: Array, size: float) -> None:
     covariance = size * root @ root.T
     found = GP.propagate(mean, covariance)
     least = np.linalg.eigvalsh(found.covariance).min()
@@ -154,7 +154,7 @@ def test_the_joint_covariance_is_one(mean: Array, root: Array, size: float) -> N
 
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(vectors, roots, vectors)
-def test_moving_everything_changes_nothing(mean: Array, root: Array, by: Array) -> None:
+def test_moments_are_translation_invariant(mean: Array, root: Array, by: Array) -> None:
     inputs, targets, *logs = problem(n=20)
     moved = GaussianProcesses.from_hyperparameters(inputs + by, targets, *logs)
     covariance = root @ root.T
@@ -166,7 +166,7 @@ def test_moving_everything_changes_nothing(mean: Array, root: Array, by: Array) 
 
 
 @pytest.mark.parametrize('size', [1.0, 1e3, 1e7])
-def test_units_change_nothing(size: float) -> None:
+def test_moments_do_not_depend_on_units(size: float) -> None:
     """Nor do they decide when extended precision is needed: cm² are no measure for rad²."""
     inputs, targets, logs, *rest = problem(n=20)
     units, mean = np.array([1024.0, 1.0, 1 / 64]), np.array([0.4, -0.7, 0.2])
@@ -181,7 +181,7 @@ def test_units_change_nothing(size: float) -> None:
 
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(vectors)
-def test_far_away_nothing_is_known(mean: Array) -> None:
+def test_prior_moments_far_from_the_data(mean: Array) -> None:
     found = GP.propagate(mean + 1e4, np.zeros((3, 3)))
     assert found.mean == pytest.approx([0, 0])
     assert np.diag(found.covariance) == pytest.approx(
@@ -201,12 +201,12 @@ def test_far_away_nothing_is_known(mean: Array) -> None:
         ('abc', np.eye(3), 'Expected mean to be numbers'),
     ],
 )
-def test_refuses_what_is_no_gaussian(mean: object, covariance: Array, sentence: str) -> None:
+def test_invalid_gaussians_are_rejected(mean: object, covariance: Array, sentence: str) -> None:
     with pytest.raises(ValueError, match=sentence):
         GP.propagate(mean, covariance)  # type: ignore[arg-type]
 
 
-def test_refuses_training_data_that_do_not_fit() -> None:
+def test_invalid_training_data_are_rejected() -> None:
     inputs, targets, logs, signal, noise = problem()
     make = GaussianProcesses.from_hyperparameters
     with pytest.raises(ValueError, match=r'targets of shape \(10, n\), got \(9, 2\)'):

@@ -29,7 +29,7 @@ POINTS = 60
 
 
 class Mentor:
-    """Shows head poses to the gaze node and keeps all it answers."""
+    """Publishes head poses to the gaze node and collects its messages."""
 
     def __init__(self, graph: Graph, **parameters: Any) -> None:
         self.process: NodeProcess = graph.start(NODE, **{'training_points': POINTS} | parameters)
@@ -43,7 +43,7 @@ class Mentor:
         self.diagnostics = graph.collect(DiagnosticArray, '/diagnostics')
 
     def start(self, pose: HeadPose) -> None:
-        """Publish a start pose and wait until it is drawn."""
+        """Publish a start pose and wait for its markers."""
         drawn = len(self.markers)
         self.start_pub.publish(message(pose))
         self._graph.until(lambda: len(self.markers) > drawn, 10, 'markers of the start pose')
@@ -55,7 +55,7 @@ class Mentor:
         self._graph.until(lambda: len(self.goals) > before, 10, 'a goal')
 
     def look(self, angle: float, begin: float, count: int = 5) -> JointTrajectory:
-        """Show a whole trial; the head command."""
+        """Publish a whole trial; the head command."""
         self.commands.clear()
         self.start(head(begin))
         for k in range(1, count + 1):

@@ -1,4 +1,4 @@
-"""Sums over all pairs of training inputs: each counts once, and nothing is lost at the seam."""
+"""Sums over all pairs of training inputs, also where the blocks are incomplete."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def test_the_rectangles_hold_every_pair(count: int) -> None:
         assert folded == pytest.approx((table * other).sum(), rel=1e-10, abs=1e-10 * count)
 
 
-def test_the_ring_is_three_fifths_of_the_table() -> None:
+def test_blocks_cover_three_fifths_of_the_table() -> None:
     assert each_pair_once(200).folded(np.ones((200, 200))).size == 0.6 * 200**2
 
 
 @pytest.mark.parametrize('size', [1e-10, 0.3, 1e4])
-def test_a_ring_that_is_not_full_agrees_with_80_digits(size: float) -> None:
+def test_incomplete_blocks_agree_with_80_digits(size: float) -> None:
     arguments, mean = training(MIN_INPUTS + 3), np.array([0.3, -0.2])
     covariance = size * np.array([[1.0, 0.4], [0.4, 0.5]])
     found = GaussianProcesses.from_hyperparameters(*arguments).propagate(mean, covariance)

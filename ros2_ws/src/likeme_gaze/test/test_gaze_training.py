@@ -60,7 +60,7 @@ def test_the_same_points_give_the_same_model() -> None:
     assert (one.log_lengthscales == other.log_lengthscales).all()
 
 
-def test_refuses_too_few_points_and_inputs_on_a_line() -> None:
+def test_too_few_points_and_collinear_inputs_are_rejected() -> None:
     few = MIN_POINTS - 1
     with pytest.raises(ValueError, match=f'at least {MIN_POINTS} training points, got {few}'):
         fit(INPUTS[:few], SMOOTH[:few])

@@ -1,4 +1,4 @@
-"""Trials for tests."""
+"""Example trials."""
 
 from __future__ import annotations
 

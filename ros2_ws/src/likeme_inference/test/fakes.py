@@ -1,4 +1,4 @@
-"""A camera and an arm of paper, living in the test's own process."""
+"""A fake camera and a fake arm in the test's own process."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Camera:
         self._tables.publish(msg)
 
     def stop(self) -> None:
-        """See nothing any more."""
+        """Stop publishing."""
         self._timer.cancel()
 
     def show(self, name: str, x_i: int, x_f: int, manner: Manner = Manner.PLACE) -> Demonstration:
@@ -72,7 +72,7 @@ def demonstration(name: str, x_i: int, x_f: int, manner: Manner = Manner.PLACE) 
 
 
 class Arm:
-    """Serves arm/execute_action: does what it is told at once, or holds its answer back.
+    """Serves arm/execute_action; answers at once, or when `may_answer` is set.
 
     Attributes:
         requests: all that came.

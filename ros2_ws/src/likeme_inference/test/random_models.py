@@ -1,4 +1,4 @@
-"""Random worlds, and the joint P(G) P(A | G, x_i) P(X_f | x_i, A) by loops, to compare with."""
+"""Random models, and the joint P(G) P(A | G, x_i) P(X_f | x_i, A) enumerated by loops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Demonstrations and table views to tell stories with; stamps in seconds."""
+"""Demonstrations and table states for session tests; stamps in seconds."""
 
 from __future__ import annotations
 

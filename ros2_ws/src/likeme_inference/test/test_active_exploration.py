@@ -1,12 +1,11 @@
-"""Directed exploration: gains that mean something, a help rate that is exact, bars that hold."""
+"""Active exploration: information gain, help rate, shared prior."""
 
 import numpy as np
 import pytest
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Manner
-from likeme_experiments.evaluation.exploration import ExplorationStrategy, exploration
-from likeme_inference.experience.policy import InformationGain
+from likeme_inference.experience.exploration_policy import InformationGain
 from likeme_inference.experience.trial import no_counts
 from likeme_inference.tabletop import TABLETOP, Action, State, plan, shipped, spread
 from likeme_inference.tabletop.active_exploration import help_rate, information_gain
@@ -30,7 +29,7 @@ def slow_help_rate(model, world):
     return np.mean(open_)
 
 
-def test_help_rate_is_that_of_plans_followed():
+def test_help_rate_equals_that_of_executed_plans():
     assert help_rate(WORLD, WORLD) == pytest.approx(0.0475)
     rng = np.random.default_rng(0)
     for _ in range(20):
@@ -41,7 +40,7 @@ def test_help_rate_is_that_of_plans_followed():
         assert help_rate(model, world) == pytest.approx(slow_help_rate(model, world))
 
 
-def test_nothing_to_do_needs_no_help():
+def test_help_rate_is_zero_without_open_goals():
     nowhere = Domain(('a',), ('b',))
     assert help_rate(np.ones((1, 1, 1, 1)), np.ones((1, 1, 1, 1)), domain=nowhere) == 0
 
@@ -56,7 +55,7 @@ def test_random_but_known_rows_gain_nothing():
     assert not gain[State.OFFTABLE].any()
 
 
-def test_what_no_decision_hangs_on_gains_nothing():
+def test_pairs_that_affect_no_decision_gain_nothing():
     alpha = np.full((3, 6, 3), 0.01)
     for x_i in range(3):
         for a in Action:
@@ -66,7 +65,7 @@ def test_what_no_decision_hangs_on_gains_nothing():
     assert information_gain(alpha, np.random.default_rng(1)).max() < 1e-6
 
 
-def test_objects_lend_each_other_trials():
+def test_shared_prior_adds_a_share_of_other_objects_trials():
     counts = np.zeros((3, 3, 6, 3))
     counts[0, 0, 0] = 0, 10, 0
     prior = shared_prior(counts, START)
@@ -74,7 +73,7 @@ def test_objects_lend_each_other_trials():
     assert prior[0, 0, 0].tolist() == pytest.approx([1.0, 0.1, 0.1])
 
 
-def test_the_prior_learns_that_actions_do_what_they_are_for():
+def test_fitted_prior_favours_the_target_state():
     counts = np.zeros((3, 3, 6, 3))
     for x_i in (0, 1):
         for a in Action:
@@ -84,7 +83,7 @@ def test_the_prior_learns_that_actions_do_what_they_are_for():
     assert weights.elsewhere < START.elsewhere
 
 
-def test_the_policy_stops_where_it_should_and_repeats_itself():
+def test_information_gain_policy_stops_and_is_reproducible():
     counts = no_counts(('pear', 'lemon'))
     policy = InformationGain(trials=1)
     first, again = (policy.next(counts, np.random.default_rng(3)) for _ in range(2))
@@ -94,13 +93,7 @@ def test_the_policy_stops_where_it_should_and_repeats_itself():
     assert policy.next(counts, np.random.default_rng(3)) is None
 
 
-def test_directed_trials_are_worth_more_than_uniform_ones():
-    directed = exploration(WORLD, ExplorationStrategy.INFORMATION_GAIN, 40, (72,))[-1]
-    uniform = exploration(WORLD, ExplorationStrategy.UNIFORM, 400, (72,))
-    assert directed.mean[0] < min(curve.mean[0] for curve in uniform) - 2 * directed.error[0]
-
-
-def test_a_robot_may_act_on_the_prior_that_its_trials_choose_together():
+def test_decisions_with_the_shared_prior():
     model = shipped()
     counts = np.array([known.counts for known in model.objects.values()], dtype=float)
     alpha = counts + shared_prior(counts, fit_weights(counts, rounds=3))
@@ -115,7 +108,7 @@ def test_a_robot_may_act_on_the_prior_that_its_trials_choose_together():
     assert decision.predicted_success == pytest.approx(row[State.LEFT] / row.sum())
 
 
-def test_a_shared_prior_is_of_the_tabletop():
+def test_shared_prior_needs_the_tabletop_domain():
     domain = Domain(('here', 'there'), ('go',))
     rows = (TrialCounts('ball', 0, 0, (1, 2), 'me'),)
     model = RobotModel('other', '1', {'me': 'Me.'}, rows, domain)

@@ -1,4 +1,4 @@
-"""A call to the arm ends exactly once, whatever the arm does."""
+"""A call to the arm ends exactly once in every case."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class FakeFuture:
 
 
 class FakeArm:
-    """A client whose service comes and goes as told, and the two lists of what came of calls."""
+    """A fake client, with the reports of an ArmCall that uses it."""
 
     def __init__(self, ready: bool = True) -> None:
         self.ready = ready
@@ -110,7 +110,7 @@ def test_a_service_that_is_not_ready_for_a_moment_has_not_vanished() -> None:
     assert arm.reports == [PUSHED]
 
 
-def test_silent_then_late() -> None:
+def test_timeout_then_late_answer() -> None:
     arm = FakeArm()
     arm.call.start(lambda: 'push', now=0)
     arm.call.poll(59.9)
@@ -135,7 +135,7 @@ def test_a_late_answer_does_not_end_the_next_call() -> None:
     assert arm.reports[1:] == [PUSHED]
 
 
-def test_one_at_a_time() -> None:
+def test_a_second_call_is_rejected() -> None:
     arm = FakeArm()
     arm.call.start(lambda: 'first', now=3)
 

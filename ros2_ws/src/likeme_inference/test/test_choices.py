@@ -1,4 +1,4 @@
-"""Edges of choosing: ties, the threshold, what is out of reach, what was never tried."""
+"""Limiting cases of action selection: ties, threshold, reach, rows without trials."""
 
 from __future__ import annotations
 
@@ -71,21 +71,21 @@ def test_off_the_table_is_out_of_reach(goal: State, model: GoalModel) -> None:
     assert make(model, O, goal, Mode.INTERACTIVE).action == Action.of(Manner.PLACE, goal)
 
 
-def test_off_the_table_every_action_is_hopeless() -> None:
+def test_no_action_helps_off_the_table() -> None:
     made = make(PEAR, O, R, Mode.INTERACTIVE)
 
     assert made.action_probability == made.success_probability == (0.0,) * 6
     assert (made.predicted, made.predicted_success) == ((0.0, 0.0, 1.0), 0.0)
 
 
-def test_trajectory_repeats_even_what_never_worked() -> None:
+def test_trajectory_repeats_actions_without_success() -> None:
     made = make(PEAR, R, L, Mode.TRAJECTORY)
 
     assert (made.kind, made.action) == (Kind.EXECUTE, Action.PLACE_LEFT)
     assert made.predicted_success == 0
 
 
-def test_never_tried_is_uniform() -> None:
+def test_rows_without_trials_are_uniform() -> None:
     assert np.all(UNTRIED.transition == 1 / 3)
     assert not TransitionModel.untried(3, 6).tried.any()
     made = make(UNTRIED, L, R, Mode.GOAL_BASED)
@@ -111,7 +111,7 @@ def test_spent_actions_ask_even_at_threshold_zero() -> None:
     assert make(PEAR, L, L, Mode.SEQUENTIAL, 0.0, left=0).plan_value == 1
 
 
-def test_repeating_needs_something_to_repeat() -> None:
+def test_trajectory_needs_a_demonstrated_action() -> None:
     with pytest.raises(ValueError, match='demonstrated action to repeat, got None'):
         choose(PEAR, R, L, None, Mode.TRAJECTORY, 0.5)
 
@@ -131,12 +131,12 @@ def test_repeating_needs_something_to_repeat() -> None:
         ({'goals': np.eye(4)}, r'goals of shape \(4, 3\), got \(4, 4\)'),
     ],
 )
-def test_models_that_are_none(fields: dict[str, Any], message: str) -> None:
+def test_invalid_models_are_rejected(fields: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         GoalModel.of(**{'transition': PEAR.transition} | fields)
 
 
-def test_one_who_never_slips_wants_what_came_of_it() -> None:
+def test_a_deterministic_demonstrator_intends_the_final_state() -> None:
     """The robot's pear rolls off the table now and then, and may have been meant elsewhere."""
     never_slips = np.eye(3)[None, [action.target for action in Action]].repeat(3, axis=0)
     like_me, like_them = (
@@ -148,7 +148,7 @@ def test_one_who_never_slips_wants_what_came_of_it() -> None:
     assert np.array_equal(like_them.policy, like_me.policy)
 
 
-def test_a_world_without_names_has_nothing_out_of_reach() -> None:
+def test_without_a_domain_no_state_is_out_of_reach() -> None:
     nameless = GoalModel.of(PEAR.transition)
 
     assert make(nameless, O, R, Mode.SEQUENTIAL).plan_value == 0
@@ -157,7 +157,7 @@ def test_a_world_without_names_has_nothing_out_of_reach() -> None:
         GoalModel.of(np.eye(3)[:, None], TABLETOP)
 
 
-def test_words_stand_for_modes_and_policies() -> None:
+def test_modes_and_policies_are_read_from_strings() -> None:
     for mode in Mode:
         assert make(PEAR, R, L, str(mode)) == make(PEAR, R, L, mode)  # type: ignore[arg-type]
     robot = shipped()
@@ -168,14 +168,14 @@ def test_words_stand_for_modes_and_policies() -> None:
         make(PEAR, R, L, 'nonsense')  # type: ignore[arg-type]
 
 
-def test_among_equal_goals_one_that_was_fulfilled() -> None:
+def test_ties_of_goals_go_to_a_fulfilled_one() -> None:
     goals = np.array([[1.0, 0, 0, 0], [0, 0, 1, 1]])
 
     assert map_goal([0.5, 0.5], 3, goals) == 1
     assert map_goal([0.5, 0.5], 1, goals) == 0
 
 
-def test_a_model_keeps_its_own_numbers() -> None:
+def test_models_copy_their_arrays() -> None:
     transition = PEAR.transition.copy()
     model = GoalModel.of(transition)
     transition[:] = 0
@@ -199,13 +199,13 @@ def test_a_model_keeps_its_own_numbers() -> None:
         ([-0.5, 1.0, 0.5], [1.0, 0.0, 0.0], '0 or more, got -0.5'),
     ],
 )
-def test_evidence_that_is_none(x_i: Any, x_f: Any, message: str) -> None:
+def test_invalid_evidence_is_rejected(x_i: Any, x_f: Any, message: str) -> None:
     for ask in (PEAR.goal_posterior, PEAR.action_posterior):
         with pytest.raises(ValueError, match=message):
             ask(x_i, x_f)
 
 
-def test_numbers_that_are_none() -> None:
+def test_invalid_numbers_are_rejected() -> None:
     for ask, message in [
         (lambda: PEAR.predict(-1, 0), 'x_i from 0 to 2, got -1'),
         (lambda: PEAR.predict([0.5, 0.5], 0), 'over 3 states'),
@@ -221,7 +221,7 @@ def test_numbers_that_are_none() -> None:
             ask()
 
 
-def test_one_whose_actions_are_others() -> None:
+def test_a_demonstrator_with_other_actions() -> None:
     """A person who can but drop things: all that is not OFFTABLE stays unexplained."""
     drops = np.zeros((3, 1, 3))
     drops[..., O] = 1
@@ -241,12 +241,12 @@ def test_one_whose_actions_are_others() -> None:
         (np.full((3, 6, 3), -1), 'down to -1'),
     ],
 )
-def test_counts_that_are_none(counts: np.ndarray, message: str) -> None:
+def test_invalid_counts_are_rejected(counts: np.ndarray, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         TransitionModel(counts)
 
 
-def test_trials_are_added_and_never_taken_away() -> None:
+def test_trials_can_only_be_added() -> None:
     pear = shipped().objects['pear']
     more = pear.add(R, Action.PUSH_LEFT, L, times=2)
 
@@ -270,7 +270,7 @@ def test_trials_are_added_and_never_taken_away() -> None:
             TransitionModel.untried(3, 6, prior)
 
 
-def test_models_cannot_be_changed() -> None:
+def test_models_are_read_only() -> None:
     with pytest.raises(ValueError, match='read-only'):
         PEAR.transition[0, 0, 0] = 1
     prior = np.full((3, 6, 3), 0.5)

@@ -49,7 +49,7 @@ def test_the_aimed_prior_is_the_best_of_its_family(name: str, factor: float) -> 
     assert held_out(aimed_prior(3, AIMS, **other)) < held_out(aimed_prior(3, AIMS))
 
 
-def test_aimed_prior_has_its_axes_right() -> None:
+def test_axes_of_the_aimed_prior() -> None:
     prior = aimed_prior(3, AIMS)
 
     assert prior[State.RIGHT, Action.PUSH_LEFT].tolist() == [
@@ -83,7 +83,7 @@ def test_bounds_without_a_prior_use_the_default_and_narrow_with_trials() -> None
         credible_interval(PEAR, 1.0)
 
 
-def test_what_a_prior_excludes_is_certain() -> None:
+def test_interval_of_states_excluded_by_the_prior() -> None:
     prior = np.broadcast_to([1.0, 1.0, 0.0], (3, 6, 3))
     low, high = credible_interval(TransitionModel.untried(3, 6, prior))
 
@@ -92,7 +92,7 @@ def test_what_a_prior_excludes_is_certain() -> None:
     assert credible_interval(TransitionModel.untried(3, 6, alone)).low[0, 0].tolist() == [1, 0, 0]
 
 
-def test_a_row_without_trials_or_prior_beside_others_may_be_anything() -> None:
+def test_interval_of_a_row_without_trials_and_prior() -> None:
     prior = np.zeros((3, 6, 3))
     prior[0] = 0.5
     low, high = credible_interval(TransitionModel.untried(3, 6, prior))
@@ -101,11 +101,11 @@ def test_a_row_without_trials_or_prior_beside_others_may_be_anything() -> None:
     assert high[1, 0] == pytest.approx(stats.beta(1, 2).ppf(0.975))
 
 
-def test_one_trial_alone_was_impossible_before() -> None:
+def test_leave_one_out_of_a_single_trial() -> None:
     assert leave_one_out(TransitionModel.untried(2, 1).add(0, 0, 1)) == -np.inf
 
 
-def test_draws_scatter_around_the_mean() -> None:
+def test_samples_have_the_posterior_mean() -> None:
     model = TransitionModel(PEAR.counts, CONCENTRATION)
     drawn = sample_transitions(model, np.random.default_rng(1), 4000)
 
@@ -113,7 +113,7 @@ def test_draws_scatter_around_the_mean() -> None:
     assert drawn.mean(axis=0) == pytest.approx(model.transition, abs=0.01)
 
 
-def test_draws_of_rows_with_next_to_nothing() -> None:
+def test_samples_of_rows_with_tiny_pseudo_counts() -> None:
     tiny = sample_transitions(TransitionModel.untried(3, 6, 1e-9), np.random.default_rng(1), 100)
     none = sample_transitions(TransitionModel.untried(3, 6), np.random.default_rng(1), 4000)
 

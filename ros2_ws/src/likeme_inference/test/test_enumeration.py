@@ -125,7 +125,9 @@ def test_a_batch_is_its_single_demonstrations(
 
 @given(counts(), st.sampled_from([0.0, 0.09, 1.0]), st.data())
 @MANY
-def test_sparse_models_say_the_same(n: IntArray, alpha: float, data: st.DataObject) -> None:
+def test_sparse_models_agree_with_dense_ones(
+    n: IntArray, alpha: float, data: st.DataObject
+) -> None:
     states, actions, _ = n.shape
     x, y = data.draw(st.integers(0, states - 1)), data.draw(st.integers(0, states - 1))
     dense = GoalModel.of(TransitionModel(n, alpha).transition)
@@ -173,7 +175,7 @@ def test_the_paper_s_models_match_the_joint(name: str, x: State, y: State) -> No
     assert shipped().goal_model(name).goal_posterior(x, y) == pytest.approx(expected, **EXACT)
 
 
-def test_all_objects_in_one_call() -> None:
+def test_batch_over_objects() -> None:
     objects = list(shipped().objects)
     transition = np.array([shipped().objects[name].transition for name in objects])
     policy = direct_policy(transition)

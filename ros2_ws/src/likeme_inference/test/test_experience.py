@@ -40,7 +40,7 @@ def campaign(policy: Systematic | Random | None = None, seed: int = 1) -> Campai
     return Campaign('robot', 'test-1', seed, OBJECTS, policy or Systematic(2))
 
 
-def test_a_key_names_the_same_trial_for_ever() -> None:
+def test_trial_identity_and_seed_are_stable() -> None:
     key = trial().key
     # Written down here: a change would count every recorded trial twice.
     assert key.identity == 'e9f9fb95-f473-5e60-9381-a978d792ff46'
@@ -54,7 +54,7 @@ def test_a_key_names_the_same_trial_for_ever() -> None:
 
 
 @pytest.mark.parametrize('name', ['', 'two\nlines', 'x' * 101, ' pear', '#1', 'end'])
-def test_names_that_would_not_survive_are_refused(name: str) -> None:
+def test_invalid_names_are_rejected(name: str) -> None:
     with pytest.raises(ValueError, match='Expected a name'):
         TrialKey(name, 'campaign', PEAR, 0)
 
@@ -64,7 +64,7 @@ def test_a_motion_that_was_held_is_no_trial() -> None:
         replace(trial(), motion=MotionOutcome.HELD)
 
 
-def test_a_trial_file_gives_every_trial_back(tmp_path: Path) -> None:
+def test_trial_file_round_trip(tmp_path: Path) -> None:
     trials = (trial(0), trial(1, robot='a, "strange" one'), replace(trial(2), before=None))
     assert save(trials, tmp_path / 'trials.csv') == 3
     assert load(tmp_path / 'trials.csv') == trials
@@ -90,7 +90,7 @@ def test_a_broken_trial_file_is_refused_by_line(line: int, becomes: str | None, 
     assert why in str(refused.value)
 
 
-def test_wrong_words_in_a_trial_file_are_told() -> None:
+def test_unknown_names_in_a_trial_file_are_reported() -> None:
     text = StringIO()
     write([trial(0)], text)
     with pytest.raises(
@@ -108,14 +108,14 @@ def test_systematic_tries_every_pair_equally_often_in_rounds() -> None:
     assert [k.pair for k in plan[:54]] != [k.pair for k in plan[54:108]]
 
 
-def test_random_tries_as_many_as_it_is_told() -> None:
+def test_random_policy_makes_the_given_number_of_trials() -> None:
     plan = list(campaign(Random(300)).plan())
     assert len({key.identity for key in plan}) == 300
     assert len({key.pair for key in plan}) == 54
     assert list(campaign(Random(300), seed=2).plan()) != plan
 
 
-def test_a_restarted_campaign_goes_on_where_it_stopped(store: ExperienceStore) -> None:
+def test_a_restarted_campaign_resumes(store: ExperienceStore) -> None:
     first = list(Progress(campaign(), store).missing())
     store.record(trial(key.repetition, key.pair) for key in first[:40:3])
     after = Progress(campaign(), store)
@@ -193,9 +193,7 @@ def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
         outcome(x_f=None),
     ],
 )
-def test_what_says_nothing_of_the_robots_skill_is_no_trial(
-    store: ExperienceStore, ending: Outcome
-) -> None:
+def test_outcomes_that_do_not_count_as_trials(store: ExperienceStore, ending: Outcome) -> None:
     experience = ImitationExperience(store, 'robot', '0.1.0', shipped())
     assert experience.record_outcome(decision(), ending) is None
     assert not list(store.trials())

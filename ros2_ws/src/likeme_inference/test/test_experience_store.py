@@ -58,12 +58,12 @@ def writer(path: Path, first: int, last: int) -> subprocess.Popen[str]:
     )
 
 
-def test_a_trial_comes_back_as_it_was(store: ExperienceStore) -> None:
+def test_store_round_trip(store: ExperienceStore) -> None:
     assert store.record([trial()]).new == 1
     assert list(store.trials()) == [trial()]
 
 
-def test_more_than_a_batch_and_all_of_it_again(store: ExperienceStore, path: Path) -> None:
+def test_several_batches_recorded_twice(store: ExperienceStore, path: Path) -> None:
     many = [trial(n) for n in range(BATCH + 5)]
     assert store.record(many)[:2] == (BATCH + 5, 0)
     with closing(ExperienceStore(str(path), create=False)) as again:
@@ -71,7 +71,7 @@ def test_more_than_a_batch_and_all_of_it_again(store: ExperienceStore, path: Pat
         assert again.counts(('pear',))['pear'][PEAR.x_i, PEAR.action].tolist() == [0, BATCH + 5, 0]
 
 
-def test_the_first_record_of_a_trial_stays_and_the_other_is_told(store: ExperienceStore) -> None:
+def test_contradicting_records_are_reported_and_the_first_is_kept(store: ExperienceStore) -> None:
     store.record([trial(0)])
     said = store.record([trial(0, x_f=State.LEFT), trial(1), trial(1, x_f=State.OFFTABLE)])
     identities = trial(0).key.identity, trial(1).key.identity
@@ -79,7 +79,7 @@ def test_the_first_record_of_a_trial_stays_and_the_other_is_told(store: Experien
     assert {t.x_f for t in store.trials()} == {State.RIGHT}
 
 
-def test_the_model_is_a_view_by_source(store: ExperienceStore) -> None:
+def test_model_from_trials_by_source(store: ExperienceStore) -> None:
     left = Pair('lemon', State.RIGHT, Action.PLACE_LEFT)
     store.record([trial(0), trial(1, x_f=State.LEFT), trial(0, robot='other'), trial(0, left)])
     model = robot_model(store)
@@ -109,7 +109,7 @@ def test_merging_in_any_order_counts_each_once(parts: list[list[int]]) -> None:
         store.close()
 
 
-def test_many_writers_at_once_lose_nothing(path: Path) -> None:
+def test_concurrent_writers_lose_no_trial(path: Path) -> None:
     # Overlapping ranges: every trial is written by two of them.
     writers = [writer(path, first, first + 40) for first in range(0, 80, 20)]
     said = [process.communicate(timeout=60) for process in writers]
@@ -118,7 +118,7 @@ def test_many_writers_at_once_lose_nothing(path: Path) -> None:
         assert sorted(t.key.repetition for t in store.trials()) == list(range(100))
 
 
-def test_a_killed_writer_keeps_all_it_said(path: Path) -> None:
+def test_a_killed_writer_loses_no_recorded_trial(path: Path) -> None:
     process = writer(path, 0, 100_000)
     assert process.stdout is not None
     said = [int(process.stdout.readline()) for _ in range(20)]
@@ -161,9 +161,7 @@ def broken(path: Path, kind: str) -> None:
         ('unversioned', 'expected one schema version, got 0'),
     ],
 )
-def test_what_is_no_store_of_this_version_is_refused_untouched(
-    path: Path, kind: str, why: str
-) -> None:
+def test_other_databases_are_rejected_unchanged(path: Path, kind: str, why: str) -> None:
     broken(path, kind)
     before = path.read_bytes()
     with pytest.raises(StoreError) as refused:
@@ -173,7 +171,7 @@ def test_what_is_no_store_of_this_version_is_refused_untouched(
     assert path.read_bytes() == before
 
 
-def test_a_locked_store_is_refused_and_keeps_what_it_has(path: Path) -> None:
+def test_a_locked_store_is_rejected_unchanged(path: Path) -> None:
     with closing(ExperienceStore(str(path), lock_timeout=0.2)) as store:
         store.record([trial(0)])
         with closing(sqlite3.connect(path, isolation_level=None)) as other:
@@ -194,18 +192,18 @@ def test_a_locked_store_is_refused_and_keeps_what_it_has(path: Path) -> None:
         ('://', 'Expected a path or a URL'),
     ],
 )
-def test_places_that_are_none(place: str, why: str) -> None:
+def test_invalid_places_are_rejected(place: str, why: str) -> None:
     with pytest.raises(StoreError, match=why):
         ExperienceStore(place)
 
 
-def test_reading_makes_no_file(path: Path) -> None:
+def test_reading_creates_no_file(path: Path) -> None:
     with pytest.raises(StoreError, match='no experience yet'):
         ExperienceStore(str(path), create=False)
     assert not path.exists()
 
 
-def test_numbers_that_stand_for_nothing_are_refused(path: Path, store: ExperienceStore) -> None:
+def test_unknown_numbers_in_a_row_are_rejected(path: Path, store: ExperienceStore) -> None:
     store.record([trial(0)])
     with closing(sqlite3.connect(path)) as other, other:
         other.execute('UPDATE likeme_trial SET motion = 77')
@@ -214,7 +212,7 @@ def test_numbers_that_stand_for_nothing_are_refused(path: Path, store: Experienc
 
 
 @pytest.mark.parametrize('dialect', [postgresql.dialect(), mysql.dialect()], ids=['pg', 'mysql'])
-def test_other_databases_can_say_the_schema(dialect: postgresql.dialect) -> None:
+def test_schema_compiles_for_other_databases(dialect: postgresql.dialect) -> None:
     for table in metadata.sorted_tables:
         assert 'PRIMARY KEY' in str(CreateTable(table).compile(dialect=dialect))
     assert trials.c.seed.type.compile(dialect=dialect) == 'BIGINT'

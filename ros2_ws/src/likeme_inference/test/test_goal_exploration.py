@@ -26,7 +26,7 @@ def test_success_raises_its_action_and_lowers_the_others() -> None:
     assert before[R, L].tolist() == direct_policy(CHICKEN)[R, L].tolist()
 
 
-def test_a_first_success_makes_a_row() -> None:
+def test_a_first_success_initialises_a_row() -> None:
     after = reinforced(direct_policy(PEAR), O, L, Action.PUSH_LEFT, 0.1)
 
     assert after[O, L].tolist() == [0, 0, 0, 1, 0, 0]
@@ -52,7 +52,7 @@ def test_practice_converges_to_the_explored_policy() -> None:
     assert scatter[0] < scatter[1] < 0.15
 
 
-def test_practice_in_another_world_finds_what_works_there() -> None:
+def test_exploration_in_a_different_world() -> None:
     """The robot believes in pushing the pear; in a world where only placing works it learns so."""
     world = PEAR.copy()
     world[R, Action.PUSH_LEFT] = [0, 1, 0]

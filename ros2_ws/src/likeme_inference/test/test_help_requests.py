@@ -23,7 +23,7 @@ def requests() -> HelpRequests:
     return requests
 
 
-def test_an_answer_takes_the_request_away(requests: HelpRequests) -> None:
+def test_an_answered_request_is_no_longer_pending(requests: HelpRequests) -> None:
     answer = requests.answer(2, Reply.SKIP, ' Ada ')
 
     assert (answer.request.id, answer.reply, answer.answered_by) == (2, Reply.SKIP, 'Ada')

@@ -72,7 +72,7 @@ def test_bad_demonstrations(field: str, value: Any, why: str) -> None:
         read_demonstration(msg)
 
 
-def test_a_table_leaves_out_what_is_unknown() -> None:
+def test_unknown_states_are_omitted() -> None:
     objects = [ObjectState(name='pear', state=1), ObjectState(name='lemon', state=3)]
     view = read_table(TableState(settled=True, objects=objects))
 
@@ -81,7 +81,7 @@ def test_a_table_leaves_out_what_is_unknown() -> None:
         read_table(TableState(objects=[ObjectState(name='plum', state=4)]))
 
 
-def test_an_arm_s_answer_that_is_none() -> None:
+def test_unknown_motion_outcomes() -> None:
     good = read_motion(ExecuteAction.Response(outcome=3, finished=Time(sec=4)))
     bad = read_motion(ExecuteAction.Response(outcome=77))
 

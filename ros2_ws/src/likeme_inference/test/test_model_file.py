@@ -71,7 +71,7 @@ end,1,10
 """
 
 
-def test_any_world_of_names(tmp_path: Path) -> None:
+def test_models_of_other_domains(tmp_path: Path) -> None:
     kitchen = parse(KITCHEN)
     save(kitchen, tmp_path / 'kitchen.csv')
 
@@ -100,14 +100,16 @@ def test_any_world_of_names(tmp_path: Path) -> None:
         (GOOD.partition('pear')[0] + 'end,0,0', 'expected rows of at least one object, got none'),
     ],
 )
-def test_another_world_is_not_the_tabletop(text: str, message: str, tmp_path: Path) -> None:
+def test_other_domains_are_not_loaded_as_the_tabletop(
+    text: str, message: str, tmp_path: Path
+) -> None:
     (tmp_path / 'other.csv').write_text(text)
 
     with pytest.raises(ModelFileError, match=message):
         load_tabletop(tmp_path / 'other.csv')
 
 
-def test_the_tabletop_may_say_what_it_knows(tmp_path: Path) -> None:
+def test_tabletop_files_may_repeat_the_tabletop_lines(tmp_path: Path) -> None:
     said = ''.join(f'goal,{state},{state}\n' for state in TABLETOP.states)
     said += ''.join(f'aim,{action},{goal}\n' for action, goal in TABLETOP.aims.items())
     text = GOOD.replace('object,x_i', f'{said}out_of_reach,OFFTABLE\nobject,x_i')
@@ -168,7 +170,7 @@ def test_wrong_files_are_refused_with_line_and_reason(old: str, new: str, messag
 @pytest.mark.parametrize(
     'name', ['', ' pear', '#pear', 'end', 'a\nb', 'a\u2028b', 'a\x07', '\ud800']
 )
-def test_what_a_file_cannot_hold_is_not_written(name: str, tmp_path: Path) -> None:
+def test_models_a_file_cannot_represent_are_not_written(name: str, tmp_path: Path) -> None:
     row = TrialCounts(name, State.LEFT, Action.PUSH_LEFT, (1, 0, 0), 'a')
 
     with pytest.raises(ModelFileError, match='expected a source, and names of one line'):
@@ -177,7 +179,7 @@ def test_what_a_file_cannot_hold_is_not_written(name: str, tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize('name', ['a,b', 'a "b"', 'ü', 'end.', 'p#', '1'])
-def test_names_that_people_give(name: str) -> None:
+def test_names_with_special_characters(name: str) -> None:
     row = TrialCounts(name, State.LEFT, Action.PUSH_LEFT, (10**15 - 1, 0, 0), 'a')
     model = RobotModel(name, name, {'a': name}, (row,))
 
@@ -185,11 +187,11 @@ def test_names_that_people_give(name: str) -> None:
     assert pickle.loads(pickle.dumps(model)) == model
 
 
-def test_lines_of_another_system() -> None:
+def test_crlf_line_ends() -> None:
     assert parse(GOOD.replace('\n', '\r\n')) == parse(GOOD)
 
 
-def test_every_torn_file_is_refused() -> None:
+def test_truncated_files_are_rejected() -> None:
     lines = format_model(shipped()).splitlines(keepends=True)
 
     for n in range(len(lines)):
@@ -198,7 +200,7 @@ def test_every_torn_file_is_refused() -> None:
 
 
 @pytest.mark.parametrize('text', ['', '\n\n', '{}', '\x00', 'likeme_transition_model,1'])
-def test_what_is_no_model_at_all(text: str) -> None:
+def test_other_texts_are_rejected(text: str) -> None:
     with pytest.raises(ModelFileError, match='line '):
         parse(text)
 
@@ -214,7 +216,7 @@ def test_errors_name_the_file(tmp_path: Path) -> None:
         load(binary)
 
 
-def test_a_model_in_memory_keeps_the_same_rules() -> None:
+def test_models_in_memory_are_validated() -> None:
     row = TrialCounts('pear', State.LEFT, Action.PUSH_LEFT, (1, 0, 0), 'a')
 
     with pytest.raises(ValueError, match='each row once, got 2'):

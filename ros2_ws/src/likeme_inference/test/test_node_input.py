@@ -30,7 +30,7 @@ def facts(array: DiagnosticArray) -> dict[str, str]:
     return {item.key: item.value for item in array.status[0].values}
 
 
-def test_bad_demonstrations_are_dropped_counted_and_said_once(tmp_path: Path) -> None:
+def test_invalid_demonstrations_are_counted_and_logged_once(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         node = graph.start('likeme_inference.inference_node')
         camera = Camera(graph)
@@ -59,7 +59,7 @@ def test_bad_demonstrations_are_dropped_counted_and_said_once(tmp_path: Path) ->
         assert len(beliefs) == 1
 
 
-def test_ranges_arrive_as_they_were_meant(tmp_path: Path) -> None:
+def test_parameter_ranges_are_published(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         graph.start('likeme_inference.inference_node')
         numbers = {n: s for n, s in SETTINGS.items() if s.limits}
@@ -96,7 +96,7 @@ def test_a_node_with_bad_parameters_does_not_start(
         assert 'Traceback' not in node.said
 
 
-def test_parameters_are_refused_or_count_for_the_next_decision(tmp_path: Path) -> None:
+def test_parameters_are_rejected_or_apply_from_the_next_decision(tmp_path: Path) -> None:
     good = tmp_path / 'good.csv'
     good.write_text(format_model(shipped()).replace('name,chung2015_robot', 'name,copy'))
     torn = tmp_path / 'torn.csv'

@@ -77,7 +77,7 @@ def tabletop_plan(name: str, goal: State, budget: int) -> Plan:
 @pytest.mark.parametrize(
     ('budget', 'expected'), [(1, 0.7167), (2, 0.89), (3, 0.9525), (5, 0.9888)]
 )
-def test_acting_again_after_looking(budget: int, expected: float) -> None:
+def test_values_of_several_actions(budget: int, expected: float) -> None:
     """Means over 3 objects and 4 changes that were computed independently of this code."""
     changes = [(0, 1), (0, 2), (1, 0), (1, 2)]
     values = [
@@ -104,7 +104,7 @@ def test_plans_for_all_objects_in_one_call() -> None:
         assert reached[o] == pytest.approx(expected, rel=0, abs=1e-15)
 
 
-def test_plans_keep_off_the_edge_while_there_is_time() -> None:
+def test_plans_avoid_the_edge() -> None:
     """Action 0 succeeds more often at once, but what it loses is lost; action 1 may try again."""
     p = np.zeros((3, 2, 3))
     p[1, 0], p[1, 1] = (0.6, 0.0, 0.4), (0.5, 0.5, 0.0)
@@ -116,7 +116,7 @@ def test_plans_keep_off_the_edge_while_there_is_time() -> None:
     assert found.action[:, [0, 2]].tolist() == [[NO_ACTION] * 2] * 4
 
 
-def test_equally_good_actions_are_decided_by_what_they_are_meant_for() -> None:
+def test_ties_go_to_the_aimed_action() -> None:
     p = maximum_likelihood(np.zeros((3, 6, 3)))
     prefer = TABLETOP.aimed[State.RIGHT]
 
@@ -124,13 +124,13 @@ def test_equally_good_actions_are_decided_by_what_they_are_meant_for() -> None:
     assert plan(p, np.arange(3) == 1, 2, prefer=prefer).action[2, 0] == Action.PLACE_RIGHT
 
 
-def test_what_succeeds_but_rarely_is_better_than_nothing() -> None:
+def test_a_small_success_probability_is_preferred_to_none() -> None:
     p = np.array([[[1.0, 0.0], [1 - 1e-13, 1e-13]], [[0.0, 1.0], [0.0, 1.0]]])
 
     assert plan(p, np.array([False, True]), 1).action[1, 0] == 1
 
 
-def test_bad_plans_are_refused() -> None:
+def test_invalid_arguments_of_plan_are_rejected() -> None:
     p = maximum_likelihood(np.zeros((3, 6, 3)))
 
     with pytest.raises(ValueError, match='transition to sum to 1, got 10'):

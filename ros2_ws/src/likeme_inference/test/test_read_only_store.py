@@ -11,8 +11,8 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from example_trials import trial
 
-from experience import trial
 from likeme_inference.experience.store import ExperienceStore
 
 HERE = Path(__file__).parent
@@ -24,7 +24,7 @@ UNPRIVILEGED = (
 PROGRAM = """
 import sys
 sys.path.insert(0, sys.argv[2])
-from experience import trial
+from example_trials import trial
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.store import ExperienceStore
 try:
@@ -154,7 +154,7 @@ def test_trials_are_imported_from_a_read_only_store(tmp_path: Path) -> None:
     archive.chmod(0o555)
     target = tmp_path / 'mine.sqlite'
     program = (
-        'import sys; from likeme_bringup.learn import app; '
+        'import sys; from likeme_experiments.commands.learn import app; '
         'app(["import", sys.argv[1], "--store", sys.argv[2]], standalone_mode=False)'
     )
     said = unprivileged(program, str(path), str(target))

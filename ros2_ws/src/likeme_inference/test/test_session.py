@@ -1,4 +1,4 @@
-"""The imitation session's stories, told with stamps and no ROS."""
+"""The imitation session without ROS: inputs, phases, decisions, outcomes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def session(mode: Mode = Mode.INTERACTIVE, **settings: float) -> ImitationSessio
 
 
 def show_and_put_back(here: ImitationSession, name: str, x_i: State, x_f: State) -> Decision:
-    """Show a change, see it at the goal, put the object back; the decision that follows."""
+    """Demonstrate a change, put the object back; the decision that follows."""
     here.observe_demonstration(shown(name, x_i, x_f, at=3))
     here.look(table(3, **{name: x_f}))
     here.observe_demonstration(shown(name, x_f, x_i, at=9))
@@ -43,7 +43,7 @@ def show_and_put_back(here: ImitationSession, name: str, x_i: State, x_f: State)
     return decision
 
 
-def test_chicken_s_story() -> None:
+def test_demonstration_to_reached_goal() -> None:
     here = session()
     belief = here.observe_demonstration(shown('chicken', R, L, at=3))
     at_goal = here.look(table(3, chicken=L))
@@ -77,7 +77,7 @@ def test_chicken_s_story() -> None:
     assert here.phase is Phase.IDLE
 
 
-def test_a_reset_without_a_hand_gives_the_turn_too() -> None:
+def test_a_reset_without_a_demonstration_leads_to_a_decision() -> None:
     here = session()
     here.observe_demonstration(shown('chicken', R, L, at=3))
     here.look(table(3, chicken=L))
@@ -90,7 +90,7 @@ def test_a_reset_without_a_hand_gives_the_turn_too() -> None:
     assert decision.kind is Kind.EXECUTE
 
 
-def test_a_glimpse_off_the_goal_is_no_turn() -> None:
+def test_an_unsettled_view_restarts_the_turn_delay() -> None:
     here = session()
     here.observe_demonstration(shown('chicken', R, L, at=3))
     views = [(10, True), (10.3, False), (10.4, True), (10.8, True)]
@@ -98,7 +98,7 @@ def test_a_glimpse_off_the_goal_is_no_turn() -> None:
     assert [here.look(table(at, ok, chicken=R)) for at, ok in views] == [None] * 4
 
 
-def test_a_view_older_than_the_demonstration_decides_nothing() -> None:
+def test_a_view_before_the_demonstration_leads_to_no_decision() -> None:
     here = session(turn_delay=0)
     here.look(table(2.5, chicken=R))
     here.observe_demonstration(shown('chicken', R, L, at=3))
@@ -116,7 +116,7 @@ def test_the_view_of_the_demonstration_s_own_frame_may_come_first() -> None:
     assert decision.kind is Kind.AT_GOAL
 
 
-def test_without_a_view_there_is_nothing_to_look_at_again() -> None:
+def test_look_again_without_a_view() -> None:
     assert session().look_again() is None
 
 
@@ -233,7 +233,7 @@ def test_put_back_too_late_is_a_new_goal() -> None:
     assert isinstance(here.observe_demonstration(shown('chicken', L, R, at=63.1)), GoalBelief)
 
 
-def test_a_turn_nobody_gives_is_over() -> None:
+def test_turn_timeout() -> None:
     here = session()
     here.observe_demonstration(shown('chicken', R, L, at=3))
     here.look(table(3, chicken=L))
@@ -242,7 +242,7 @@ def test_a_turn_nobody_gives_is_over() -> None:
     assert here.look(table(70, chicken=R)) is None
 
 
-def test_while_acting_demonstrations_are_left_aside() -> None:
+def test_demonstrations_while_acting_are_ignored() -> None:
     here = session()
     show_and_put_back(here, 'chicken', R, L)
 
@@ -279,7 +279,7 @@ def test_an_arm_that_did_not_move_failed(report: MotionReport) -> None:
 @pytest.mark.parametrize(
     'motion', [MotionOutcome.NOT_GRASPED, MotionOutcome.NO_IK_SOLUTION, MotionOutcome.HELD]
 )
-def test_after_half_a_motion_the_camera_has_the_word(motion: MotionOutcome) -> None:
+def test_after_a_partial_motion_the_camera_decides(motion: MotionOutcome) -> None:
     here = session()
     show_and_put_back(here, 'chicken', R, L)
     here.motion_finished(MotionReport(motion, 'Half.', ns(20)))
@@ -310,7 +310,7 @@ def test_a_silent_camera_is_not_seen() -> None:
     assert here.nothing_seen().result is Result.NOT_SEEN
 
 
-def test_time_that_jumps_back_forgets_the_turn() -> None:
+def test_a_time_jump_ends_the_turn() -> None:
     here = session()
     here.observe_demonstration(shown('chicken', R, L, at=103))
     here.look(table(104, chicken=L))
@@ -320,7 +320,7 @@ def test_time_that_jumps_back_forgets_the_turn() -> None:
     assert isinstance(here.observe_demonstration(shown('chicken', R, L, at=3)), GoalBelief)
 
 
-def test_settings_and_model_count_from_the_next_decision_on() -> None:
+def test_settings_and_model_apply_from_the_next_decision() -> None:
     here = session()
     here.observe_demonstration(shown('pear', R, L, at=3))
     here.settings = dataclasses.replace(here.settings, threshold=0.3)
@@ -407,13 +407,13 @@ def test_calls_out_of_order_are_refused() -> None:
         ({'threshold': 1.1}, 'threshold from 0 to 1, got 1.1'),
     ],
 )
-def test_settings_that_are_none(settings: dict[str, float], message: str) -> None:
+def test_invalid_settings_are_rejected(settings: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         ImitationSettings(**settings)
 
 
 def missed(here: ImitationSession, at: float, x_f: State, **motion: MotionOutcome) -> Outcome:
-    """The arm ends its motion, and the camera sees the object elsewhere."""
+    """The motion ends and the object is observed elsewhere; the outcome."""
     here.motion_finished(
         MotionReport(motion.get('motion', MotionOutcome.COMPLETED), 'Done.', ns(at))
     )
@@ -423,7 +423,7 @@ def missed(here: ImitationSession, at: float, x_f: State, **motion: MotionOutcom
     return outcome
 
 
-def test_sequential_looks_and_plans_again_after_a_miss() -> None:
+def test_sequential_decides_again_after_a_miss() -> None:
     here = session(Mode.SEQUENTIAL, action_budget=2)
     first = show_and_put_back(here, 'lemon', R, L)
     missed(here, 12, R)
@@ -467,7 +467,7 @@ def test_sequential_ends_when_the_object_rolled_to_the_goal_by_itself() -> None:
     assert here.phase is Phase.IDLE
 
 
-def test_sequential_starts_anew_with_every_demonstration() -> None:
+def test_sequential_budget_restarts_with_every_demonstration() -> None:
     here = session(Mode.SEQUENTIAL, action_budget=2)
     show_and_put_back(here, 'lemon', R, L)
     missed(here, 12, R)
@@ -489,7 +489,7 @@ def test_other_modes_do_not_try_again(mode: Mode) -> None:
     assert here.phase is Phase.IDLE
 
 
-def test_nobody_goes_on_after_a_hold_or_an_arm_that_failed() -> None:
+def test_sequential_ends_after_a_hold_or_a_failed_motion() -> None:
     held, failed = session(Mode.SEQUENTIAL), session(Mode.SEQUENTIAL)
     for here in (held, failed):
         show_and_put_back(here, 'lemon', R, L)

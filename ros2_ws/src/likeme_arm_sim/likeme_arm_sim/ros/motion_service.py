@@ -7,7 +7,7 @@ from rclpy.node import Node
 
 from likeme_arm_sim import messages
 from likeme_arm_sim.ros.job_future import job_ended
-from likeme_arm_sim.simulation_driver import MotionReport, SimulationDriver
+from likeme_arm_sim.simulation_driver import SimulationDriver, StampedResult
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.srv import ExecuteAction
@@ -40,7 +40,7 @@ class MotionService:
         expires = stamp_ns(request.expires)
         job = self._driver.execute(self._actor, request.object, request.action, expires)
         if job is None:
-            report = MotionReport(MotionOutcome.BUSY, BUSY)
+            report = StampedResult(MotionOutcome.BUSY, BUSY)
         else:
             await job_ended(self._node, job)
             report = job.result()

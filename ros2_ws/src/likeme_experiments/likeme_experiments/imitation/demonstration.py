@@ -26,7 +26,7 @@ LEAD_IN, LEAD_OUT = 0.5, 1.5
 
 
 @contextmanager
-def single_object_cell(name: str) -> Iterator[Cell]:
+def temporary_cell(name: str) -> Iterator[Cell]:
     """A new cell with one object, like the one in which the robot learned; closed at the end.
 
     A human grasp changes the order in which bullet solves its constraints for good, so that later
@@ -44,7 +44,7 @@ def single_object_cell(name: str) -> Iterator[Cell]:
 @lru_cache(maxsize=len(OBJECTS))
 def background_of(name: str) -> Background:
     """The background of the scene at rest, learned once for each object in a process."""
-    with single_object_cell(name) as cell:
+    with temporary_cell(name) as cell:
         cell.restart(BODY_SEED)
         return new_perception(cell, None).learn_background()
 
@@ -56,7 +56,7 @@ def new_perception(cell: Cell, background: Background | None) -> CellPerception:
 
 def demonstrate(case: DemonstrationCase, seed: int) -> tuple[Demonstration, ...]:
     """Demonstrate a case in a new cell; the demonstrations perception reports, in order."""
-    with single_object_cell(case.object) as cell:
+    with temporary_cell(case.object) as cell:
         cell.restart(seed)
         cell.reset([case.object], [case.x_i], seed)
         perception = new_perception(cell, background_of(case.object))

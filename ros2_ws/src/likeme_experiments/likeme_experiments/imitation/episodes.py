@@ -17,7 +17,7 @@ from likeme_experiments.evaluation.episode import (
     PerceivedDemonstration,
 )
 from likeme_experiments.evaluation.forecast import DemonstrationCase, Estimate
-from likeme_experiments.imitation.demonstration import demonstrate, single_object_cell
+from likeme_experiments.imitation.demonstration import demonstrate, temporary_cell
 from likeme_experiments.imitation.imitate import imitate, settings_of
 from likeme_experiments.imitation.imitation_cell import ImitationCell
 from likeme_experiments.learning.trial_cell import ATTEMPTS
@@ -72,7 +72,7 @@ def make_episode(task: EpisodeTask, model_text: str) -> ImitationEpisode:
     found = demonstrate(task.case, task.seed_for('shown'))
     results: dict[str, dict[Mode, ImitationResult]] = {name: {} for name in ESTIMATES}
     if found:
-        with single_object_cell(task.case.object) as cell:
+        with temporary_cell(task.case.object) as cell:
             start = _start(task, cell)
             for name, estimate in ESTIMATES.items():
                 for mode in Mode:

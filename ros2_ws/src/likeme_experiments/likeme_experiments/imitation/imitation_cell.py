@@ -16,7 +16,7 @@ from likeme_experiments.imitation.demonstration import (
     background_of,
     human_action,
     new_perception,
-    single_object_cell,
+    temporary_cell,
 )
 from likeme_experiments.learning.cell_perception import FRAME_PERIOD, CellPerception
 from likeme_inference.tabletop.values import MotionReport
@@ -60,7 +60,7 @@ class ImitationCell:
     def help(self, before: Actions, goal: State) -> TableSnapshot:
         """The table after the actions `before` and a human who places the object at the goal."""
         if (before, goal) not in self._helped:
-            with single_object_cell(self._name) as cell:
+            with temporary_cell(self._name) as cell:
                 perception = self._reset(cell)
                 perception.wait_until_settled()
                 for action in before:

@@ -143,10 +143,6 @@ class GaussianProcesses:
         whole = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
         return Regression(*(array.reshape(*batch, *array.shape[1:]) for array in whole))
 
-    def negative_log_marginal_likelihood(self) -> FloatArray:
-        """-log p(targets | inputs, hyperparameters) of each output (E,)."""
-        return -self._outputs.log_likelihood
-
     def _regress(self, mean: FloatArray, covariance: FloatArray) -> Regression:
         at, outputs = Gaussian(mean, covariance), self._outputs
         seen = kernel_expectation(self.inputs, outputs, at)

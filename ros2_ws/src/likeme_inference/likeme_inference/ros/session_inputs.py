@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_inference.input_sequencer import InputSequencer
 from likeme_inference.messages import motion_fields
-from likeme_inference.ros.diagnostics import Health
+from likeme_inference.ros.diagnostics import SessionDiagnostics
 from likeme_inference.session_inputs import (
     CameraSilence,
     InputKind,
@@ -50,7 +50,7 @@ class SessionInputs:
     """
 
     def __init__(
-        self, node: Node, replayed: bool, health: Health,
+        self, node: Node, replayed: bool, health: SessionDiagnostics,
         apply: Callable[[InputValue], list[SessionEvent]],
         publish: Callable[[SessionEvent], None], last_view: Callable[[], int],
     ) -> None:  # fmt: skip
