@@ -16,9 +16,12 @@ _KINDS = ('.mcap', '.db3', '.bag')
 # Where the parts of a bag have their number: at the end, or as newer rosbag2 has it, in front of
 # the name and the date. Longer numbers are dates or stamps.
 _AT_END = re.compile(r'(?P<rest>.*)_(?P<n>\d{1,5})')
-_IN_FRONT = re.compile(r'(?P<n>\d{1,5})_(?P<rest>.+)')
-# The end of a name that tells a time: its last number counts seconds.
-_DATED = re.compile(r'\d{2}[-_:.]?\d{2}[-_:.]?\d{2}$|\d{8,}$')
+_IN_FRONT = re.compile(r'(?P<n>\d{1,5})_(?P<rest>(?!\d\d[-_]\d\d).+)')
+# Names that end with a date or a time: their last number is no counter. With one behind a date
+# and time, as rosbag2 names bags by default, it is.
+_DATE_TIME = r'\d{4}[-_]?\d{2}[-_]?\d{2}[-_T]?\d{2}[-_:]?\d{2}[-_:]?\d{2}'
+_DATED = re.compile(rf'{_DATE_TIME}$|\d{{2}}[-_:.]\d{{2}}[-_:.]\d{{2}}$')
+_COUNTED = re.compile(rf'{_DATE_TIME}_\d{{1,5}}$')
 
 
 class BagFiles(NamedTuple):
@@ -132,7 +135,8 @@ def _counter(stem: str, pattern: re.Pattern[str]) -> tuple[str, int]:
     """Of a name with a counter in front, the dates do not count: each part has its own."""
     match = pattern.fullmatch(stem)
     front = pattern is _IN_FRONT
-    if match is None or (_DATED.search(stem) and not front):
+    dated = _DATED.search(stem) and not _COUNTED.search(stem)
+    if match is None or (dated and not front):
         return stem, -1
     rest = re.sub(r'\d+', '#', match['rest']) if front else match['rest']
     return rest, int(match['n'])

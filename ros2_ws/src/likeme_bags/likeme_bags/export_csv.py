@@ -33,16 +33,26 @@ def export_csv(bag: Bag, folder: Path, topics: Collection[str] | None = None) ->
         typestore_of(topic)
     paths: dict[Topic, Path] = {}
     with ExitStack() as stack:
-        tables: dict[Topic, Any] = {}
+        # A writer and its columns, by topic and columns: of a type that is defined in two ways
+        # with the same fields, all messages are in one table.
+        writers: dict[tuple[str, ...], tuple[Any, list[str]]] = {}
+        tables: dict[Topic, tuple[Any, list[int]]] = {}
         for record in bag.records({topic.name for topic in chosen.values()}):
             topic = chosen[record.key]
             fields = list(flatten(decode(topic, record.data)))
             if topic not in tables:
-                paths[topic] = folder / f'{stems[topic]}.csv'
-                file = stack.enter_context(paths[topic].open('w', newline='', encoding='utf-8'))
-                tables[topic] = csv.writer(file)
-                tables[topic].writerow(distinct(['log_time', *(name for name, _ in fields)], '_'))
-            tables[topic].writerow([record.stamp, *(value for _, value in fields)])
+                columns = distinct(['log_time', *(name for name, _ in fields)], '_')
+                same = (topic.name, topic.type, *sorted(columns))
+                if same not in writers:
+                    paths[topic] = folder / f'{stems[topic]}.csv'
+                    file = paths[topic].open('w', newline='', encoding='utf-8')
+                    writers[same] = csv.writer(stack.enter_context(file)), columns
+                    writers[same][0].writerow(columns)
+                writer, order = writers[same]
+                tables[topic] = writer, [columns.index(name) for name in order]
+            writer, places = tables[topic]
+            row = [record.stamp, *(value for _, value in fields)]
+            writer.writerow([row[place] for place in places])
     if not paths:
         raise BagError(f'Expected messages to export in {bag.path.name}, got none.')
     remarks = rename_remarks({topic.name: stems[topic] for topic in paths}, '-')

@@ -106,9 +106,15 @@ class McapStorage(Storage):
         """Messages in the order of log times; chunks that overlap too far are sorted on disk."""
         if self._copy is None and _most_at_once(self._library.chunks) > MAX_OPEN:
             self._copy = sorted_copy(self.connections, self._by_chunks(), self._opened)
-        reader = self._copy or self._library
-        # Without chunks the library would scan the file.
-        return reader.messages(connections, start, stop) if self._library.chunks else iter(())
+        if self._copy:
+            return self._copy.messages(connections, start, stop)
+        if not self._library.chunks:
+            # The library would scan the file.
+            return iter(())
+        # Without a start and a stop the library leaves out what a chunk's head does not cover.
+        return self._library.messages(
+            connections, start or 0, MAX_STAMP + 1 if stop is None else stop
+        )
 
     def stamps(self, channel: int) -> NDArray[np.int64]:
         """Log times of a channel's messages, ns, rising; shape (n,)."""

@@ -167,7 +167,8 @@ def _names(bag: Bag, statistics: Sequence[TopicStatistics]) -> CheckResult:
     relative = [t.name for t in bag.topics if not t.name.startswith('/')]
     if relative:
         return warn(f'Names that a player will make absolute: {_few(relative)}.')
-    twice = [t.name for t in bag.topics if sum(o.name == t.name for o in bag.topics) > 1]
+    types = {(topic.name, topic.type) for topic in bag.topics}
+    twice = [t.name for t in bag.topics if sum(name == t.name for name, _ in types) > 1]
     if twice:
         return fail(f'Expected one type a topic, got two on {twice[0]}.')
     return ok('Topic names are absolute, each with one type.')

@@ -75,7 +75,10 @@ def test_split_files_with_two_definitions(tmp_path: Path, second: str, storage: 
         app, ['export', str(source), '--format', 'csv', '--out', str(tmp_path / 'csv')]
     )
     assert done.exit_code == 0, done.stderr
-    rows = [row for path in (tmp_path / 'csv').iterdir() for row in csv.DictReader(path.open())]
+    tables = sorted((tmp_path / 'csv').iterdir())
+    names = ['p.csv'] if second == YX else ['p-2.csv', 'p.csv']
+    assert [path.name for path in tables] == names
+    rows = [row for path in tables for row in csv.DictReader(path.open())]
     assert [(row['x'], row['y']) for row in rows] == [('1.0', '2.0')] * 3
 
 
