@@ -264,6 +264,8 @@ make_environment() {
 }
 
 run_colcon() {
+  # Without it colcon passes `make -l2`, which waits on a busy machine.
+  MAKEFLAGS=${MAKEFLAGS:--j$(nproc)} \
   colcon --log-base $WS/log build --base-paths $WS/src --build-base $WS/build --install-base $WS/install \
     --symlink-install --event-handlers console_cohesion+ status- desktop_notification- \
     --cmake-args -DBUILD_TESTING=OFF
