@@ -210,7 +210,7 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
             (nothing, 'Nothing is pending'),
             (unknown, f'Expected one of the pending requests [{decision.id}], got 99.'),
             (bad, 'got 3.'),
-            (nobody, 'Expected the name of who answers'),
+            (nobody, 'Expected the name of the operator'),
             (command, 'Expected command 0 LIST or 1 ANSWER, got 2.'),
             (second, f'Request {decision.id} was answered already: TRY_ANYWAY by Ada.'),
         ]:
