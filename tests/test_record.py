@@ -91,7 +91,7 @@ def test_qos_and_definitions_are_those_of_the_publishers(tmp_path: Path) -> None
         graph.until(lambda: 'Recording to' in process.said, 60, 'the recorder')
         graph.until(lambda: open_count(path), 30, 'the decision in the bag')
         assert process.stop() == 0, process.said
-    assert 'never there: /outcome' in process.said
+    assert 'never published: /outcome' in process.said
     with open_bag(path) as bag:
         (record,) = bag.records()
         (topic,) = bag.topics
