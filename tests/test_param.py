@@ -36,8 +36,7 @@ def test_parameters_are_listed_told_and_changed(tmp_path: Path) -> None:
         assert code == 0
         assert 'goal_prior: [1.0, 0.0, 0.0]   # p(LEFT), p(RIGHT), p(OFFTABLE)' in said
         assert (
-            'help_threshold: 1.0   # the robot asks when predicted success is below (0 to 1)'
-            in said
+            'help_threshold: 1.0   # predicted success below which the robot asks (0 to 1)' in said
         )
         assert param('set', node_name, 'mode', 'telepathy') == (
             1, "Expected one of the modes trajectory, goal_based, interactive, sequential, got "

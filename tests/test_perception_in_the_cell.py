@@ -36,7 +36,7 @@ class Watched:
         if self.cell.time < self._due:
             return
         self._due = self.cell.time + 1 / FRAME_RATE
-        self.table = self._eyes.see()
+        self.table = self._eyes.process_frame()
         self.acts += self.table.demonstrations
         if self.table.hand_in_view:
             self.seen_while.add('hand')
