@@ -106,7 +106,7 @@ TARGETS = {
         Target('likeme_perception.perception_node', frames, (FrameDone, 'frame_done', 10)),
         Target('likeme_arm_sim.arm_driver_node', table_states, (Clock, '/clock', 10)),
         Target(
-            'likeme_inference.gaze_node',
+            'likeme_gaze.gaze_node',
             head_poses,
             (PoseWithCovarianceStamped, 'mentor/goal', LATCHED),
         ),
