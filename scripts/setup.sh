@@ -275,10 +275,11 @@ build_workspace() {
   # A build folder of another environment or place confuses CMake: once more from nothing.
   { run_colcon || { rm -rf $WS/build $WS/install && run_colcon; }; } && repair_shebangs
 }
-# setuptools quotes the path of a Python that has a space in it, and the kernel knows no quotes.
+# setuptools quotes the path of a Python that has a space in it, and adds -x where it is not ASCII; the
+# kernel knows no quotes.
 repair_shebangs() {
   { find $WS/install/*/lib -type f -perm -u+x -exec grep -lZ '^#!"' {} + || true; } |
-    xargs -0r sed -i "1s|^#!\"\(.*\)\"\$|#!/bin/sh\n'''exec' '\1' \"\$0\" \"\$@\"\n' '''|"
+    xargs -0r sed -i "1s|^#!\"\(.*\)\"[^\"]*\$|#!/bin/sh\n'''exec' '\1' \"\$0\" \"\$@\"\n' '''|"
 }
 make_workspace() {
   local count

@@ -62,7 +62,7 @@ def test_a_running_node_is_used_and_its_parameters_restored(tmp_path: Path) -> N
 def test_two_gaze_nodes_are_an_error(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         other = graph.start('likeme_gaze.gaze_node', training_points=60)
-        graph.until(lambda: 'I learned' in other.said, 30, 'the other node')
+        graph.until(lambda: 'Trained on' in other.said, 30, 'the other node')
         run = gaze(graph, '--points', '60', '--trials', '1000')
         assert run.wait(60) == 1, run.said
         assert f'Expected one gaze node on ROS domain {graph.domain}, got 2' in run.said
