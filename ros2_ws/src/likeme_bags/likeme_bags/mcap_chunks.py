@@ -9,7 +9,7 @@ from likeme_bags.compression import decompress, decompress_prefix
 from likeme_bags.errors import DamagedError
 from likeme_bags.file_bytes import FileBytes
 from likeme_bags.limits import MAX_BLOCK
-from likeme_bags.mcap_format import PREFIX, ChunkHead, Op, records_in
+from likeme_bags.mcap_format import PREFIX, ChunkHead, McapOp, records_in
 from likeme_bags.prefetch import Prefetcher
 
 # From the start of an uncompressed chunk's record to its records.
@@ -92,7 +92,7 @@ class ChunkFile:
                 f'Expected a chunk with checksum {head.crc:08x}, got {crc32(data):08x}.'
             )
         if not head.crc and self.counts:
-            count = sum(op == Op.MESSAGE for op, _, _ in records_in(data))
+            count = sum(op == McapOp.MESSAGE for op, _, _ in records_in(data))
             if count != self.counts[number]:
                 expected = self.counts[number]
                 raise DamagedError(f'Expected {expected} messages in a chunk, got {count}.')

@@ -17,7 +17,7 @@ PREFIX = struct.Struct('<BQ')
 MESSAGE = struct.Struct('<HIQQ')
 
 
-class Op(IntEnum):
+class McapOp(IntEnum):
     """Kinds of records."""
 
     HEADER = 0x01

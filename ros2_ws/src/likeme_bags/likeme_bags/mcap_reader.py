@@ -30,7 +30,7 @@ from likeme_bags.mcap_format import (
     PREFIX,
     ChannelRecord,
     ChunkHead,
-    Op,
+    McapOp,
     Schema,
     channel_of,
     records_in,
@@ -140,13 +140,13 @@ class McapStorage(Storage):
         """Keep an attachment or a metadata record, not rosbag2's own copy of metadata.yaml."""
         head = ByteReader(self._file.read(at, min(size, _ATTACHMENT_HEAD)))
         try:
-            head.take(PREFIX.size + (16 if op == Op.ATTACHMENT else 0))
+            head.take(PREFIX.size + (16 if op == McapOp.ATTACHMENT else 0))
             name = head.text()
         except DamagedError as error:
             self._log.remark(Subject.CHUNKS, f'{self.name}: an attachment is damaged: {error}')
             return
-        kind = 'attachment' if op == Op.ATTACHMENT else 'metadata record'
-        if (op, name) != (Op.METADATA, 'rosbag2'):
+        kind = 'attachment' if op == McapOp.ATTACHMENT else 'metadata record'
+        if (op, name) != (McapOp.METADATA, 'rosbag2'):
             self.attachments.append(Attachment(kind, name, self._file, at, size))
 
     def _channel(self, record: ChannelRecord) -> Channel:
@@ -215,7 +215,7 @@ class McapStorage(Storage):
         begin, end, whole = MAX_STAMP, 0, 0
         try:
             for op, first, last in records_in(content):
-                if op == Op.MESSAGE:
+                if op == McapOp.MESSAGE:
                     if last - first < MESSAGE.size:
                         raise DamagedError(f'Expected a message, got {last - first} bytes.')
                     channel, _, stamp, _ = MESSAGE.unpack_from(content, first)
@@ -245,10 +245,10 @@ class McapStorage(Storage):
 
     def _learn(self, op: int, body: bytes | memoryview) -> None:
         """Keep what a record says of a topic or a type, unless that is known."""
-        known: dict[int, Any] = self._schemas if op == Op.SCHEMA else self._records
-        if op not in (Op.SCHEMA, Op.CHANNEL):
+        known: dict[int, Any] = self._schemas if op == McapOp.SCHEMA else self._records
+        if op not in (McapOp.SCHEMA, McapOp.CHANNEL):
             return
-        key, said = schema_of(body) if op == Op.SCHEMA else channel_of(body)
+        key, said = schema_of(body) if op == McapOp.SCHEMA else channel_of(body)
         if known.setdefault(key, said) != said:
             self._log.remark(
                 Subject.CHUNKS,
@@ -261,12 +261,12 @@ class McapStorage(Storage):
         found = self._scan
         unharmed = self._log.complete and found.summary_checked is None
         vouched = self._to_repair or found.summary_checked or unharmed or not found.chunks
-        known = {(Op.SCHEMA, key) for key in self._schemas}
-        known |= {(Op.CHANNEL, key) for key in self._records}
+        known = {(McapOp.SCHEMA, key) for key in self._schemas}
+        known |= {(McapOp.CHANNEL, key) for key in self._records}
         for op, body in found.definitions:
             if vouched or (op, int.from_bytes(body[:2], 'little')) in known:
                 self._learn(op, body)
-            elif op == Op.CHANNEL:
+            elif op == McapOp.CHANNEL:
                 self._log.remark(
                     Subject.CHUNKS,
                     f'{self.name} is damaged, and nothing vouches for what it says of topic '

@@ -12,7 +12,7 @@ from likeme_bags.byte_reader import ByteReader
 from likeme_bags.errors import DamagedError
 from likeme_bags.file_bytes import FileBytes
 from likeme_bags.limits import MAX_CHUNKS, MAX_TEXT
-from likeme_bags.mcap_format import MAGIC, MESSAGE, PREFIX, ChunkHead, Op, chunk_head
+from likeme_bags.mcap_format import MAGIC, MESSAGE, PREFIX, ChunkHead, McapOp, chunk_head
 
 # The longest head of a chunk: five numbers and the name of a compression.
 _CHUNK_HEAD = 80
@@ -27,7 +27,7 @@ _FOOTER = PREFIX.size + 20 + len(MAGIC)
 
 
 @dataclass
-class Scan:
+class McapScan:
     """What a file holds."""
 
     chunks: list[ChunkHead] = field(default_factory=list)
@@ -53,7 +53,7 @@ class Scan:
     marks: set[tuple[int | str, ...]] = field(default_factory=set)
 
 
-def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
+def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> McapScan:
     """Walk over all records; what no record explains is warned of and stepped over.
 
     to_repair: a file that ends too early is what one came to mend, and no loss of what it holds.
@@ -61,7 +61,7 @@ def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
     if file.read(0, len(MAGIC)) != MAGIC:
         begin = file.read(0, len(MAGIC))
         raise DamagedError(f'Expected an MCAP file, got one that begins with {begin!r}.')
-    found, at, end_is_loss = Scan(), len(MAGIC), log.remark if to_repair else log.loss
+    found, at, end_is_loss = McapScan(), len(MAGIC), log.remark if to_repair else log.loss
     try:
         found.listed |= set(_listed_chunks(file, found))
     except DamagedError:
@@ -97,11 +97,11 @@ def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
     return found
 
 
-def _listed_chunks(file: FileBytes, found: Scan) -> Iterator[int]:
+def _listed_chunks(file: FileBytes, found: McapScan) -> Iterator[int]:
     """File offsets of chunks by the summary at the end; checks the summary's checksum first."""
     end = max(file.size - _FOOTER, 0)
     footer = ByteReader(file.read(end, _FOOTER))
-    if footer.take(PREFIX.size) != PREFIX.pack(Op.FOOTER, 20):
+    if footer.take(PREFIX.size) != PREFIX.pack(McapOp.FOOTER, 20):
         raise DamagedError('Expected a footer, got something else.')
     at, _, expected = footer.number(8), footer.number(8), footer.number(4)
     crc, step = 0, 2**20
@@ -110,7 +110,7 @@ def _listed_chunks(file: FileBytes, found: Scan) -> Iterator[int]:
     found.summary_checked = crc == expected if expected else None
     while 0 < at < end:
         op, length = _prefix(file, at)
-        if op == Op.CHUNK_INDEX:
+        if op == McapOp.CHUNK_INDEX:
             yield ByteReader(file.text(at + PREFIX.size, length), 16).number(8)
         at += PREFIX.size + length
 
@@ -124,14 +124,14 @@ def _prefix(file: FileBytes, at: int) -> tuple[int, int]:
     return op, length
 
 
-def _take(found: Scan, file: FileBytes, op: int, at: int, length: int) -> None:
+def _take(found: McapScan, file: FileBytes, op: int, at: int, length: int) -> None:
     """Keep what one record says."""
     body, size = at + PREFIX.size, PREFIX.size + length
-    if op == Op.CHUNK:
+    if op == McapOp.CHUNK:
         _take_chunk(found, file, at, length)
     elif length > file.size - body:
         raise DamagedError(f'Expected a record of {length} bytes, got {file.size - body}.')
-    elif op == Op.MESSAGE:
+    elif op == McapOp.MESSAGE:
         if length < MESSAGE.size:
             raise DamagedError(f'Expected a message of {MESSAGE.size} bytes, got {length}.')
         last = found.runs[-1] if found.runs else None
@@ -139,23 +139,23 @@ def _take(found: Scan, file: FileBytes, op: int, at: int, length: int) -> None:
             found.runs[-1] = last._replace(size=last.size + size, stored=last.size + size)
         else:
             found.runs.append(ChunkHead(at, 0, 0, size, 0, '', at, size, []))
-    elif op == Op.MESSAGE_INDEX and found.chunks:
+    elif op == McapOp.MESSAGE_INDEX and found.chunks:
         head = ByteReader(file.read(body, 6))
         channel, entries = head.number(2), head.number(4)
         if entries + 6 != length or entries % 16:
             raise DamagedError(f'Expected index entries of 16 bytes, got {entries} bytes.')
         found.chunks[-1].indexes.append((channel, entries // 16, body + 6))
-    elif op in (Op.SCHEMA, Op.CHANNEL):
+    elif op in (McapOp.SCHEMA, McapOp.CHANNEL):
         found.definitions.append((op, file.text(body, length)))
-    elif op in (Op.ATTACHMENT, Op.METADATA):
+    elif op in (McapOp.ATTACHMENT, McapOp.METADATA):
         found.attachments.append((op, at, size))
-    elif op == Op.STATISTICS:
+    elif op == McapOp.STATISTICS:
         found.message_count = ByteReader(file.text(body, length)).number(8)
-    elif op == Op.FOOTER:
+    elif op == McapOp.FOOTER:
         found.closed = file.read(body + length, len(MAGIC)) == MAGIC
 
 
-def _take_chunk(found: Scan, file: FileBytes, at: int, length: int) -> None:
+def _take_chunk(found: McapScan, file: FileBytes, at: int, length: int) -> None:
     head = _head_at(file, at, length)
     if at + PREFIX.size + length > file.size:
         found.cut = head
@@ -179,7 +179,7 @@ def _is_cut(file: FileBytes, at: int) -> bool:
     if len(prefix) < PREFIX.size:
         return True
     op, length = PREFIX.unpack(prefix)
-    return bool(0 < op <= Op.DATA_END and at + PREFIX.size + length > file.size)
+    return bool(0 < op <= McapOp.DATA_END and at + PREFIX.size + length > file.size)
 
 
 def _next_chunk(file: FileBytes, listed: set[int], after: int) -> int | None:
@@ -202,4 +202,4 @@ def _is_chunk(file: FileBytes, at: int) -> bool:
         _head_at(file, at, length)
     except DamagedError:
         return False
-    return op == Op.CHUNK and at + PREFIX.size + length <= file.size
+    return op == McapOp.CHUNK and at + PREFIX.size + length <= file.size

@@ -15,7 +15,7 @@ MAX_HEADER = 2**16
 Fields = dict[str, bytes]
 
 
-class Op(IntEnum):
+class Ros1Op(IntEnum):
     """Kinds of records."""
 
     MESSAGE = 2

@@ -25,7 +25,7 @@ from likeme_bags.compression import decompress, decompress_prefix
 from likeme_bags.errors import LIBRARY_ERRORS, DamagedError
 from likeme_bags.file_bytes import FileBytes
 from likeme_bags.limits import MAX_CACHE, MAX_MESSAGES
-from likeme_bags.ros1_format import Op, fields_of, number, time_of
+from likeme_bags.ros1_format import Ros1Op, fields_of, number, time_of
 from likeme_bags.ros1_scan import ChunkPlace, scan
 from likeme_bags.storage import Channel, Storage
 
@@ -219,9 +219,9 @@ class Ros1Storage(Storage):
             fields = fields_of(reader.block())
             reader.block()
             op = number(fields, 'op', 1)
-            if op == Op.CONNECTION:
+            if op == Ros1Op.CONNECTION:
                 self._learn(data[offset : reader.at])
-            elif op == Op.MESSAGE:
+            elif op == Ros1Op.MESSAGE:
                 yield time_of(fields), number(fields, 'conn', 4), offset
 
     def _use(self) -> None:

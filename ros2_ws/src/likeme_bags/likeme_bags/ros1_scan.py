@@ -10,7 +10,7 @@ from likeme_bags.bag_warnings import BagWarnings, Subject
 from likeme_bags.errors import DamagedError
 from likeme_bags.file_bytes import FileBytes
 from likeme_bags.limits import MAX_BLOCK, MAX_CHUNKS
-from likeme_bags.ros1_format import MAGIC, MAX_HEADER, Fields, Op, head_at, number
+from likeme_bags.ros1_format import MAGIC, MAX_HEADER, Fields, Ros1Op, head_at, number
 
 # Seconds, nanoseconds and offset in the chunk.
 _ENTRY = struct.Struct('<III')
@@ -40,7 +40,7 @@ class ChunkPlace(NamedTuple):
 
 
 @dataclass
-class Scan:
+class Ros1Scan:
     """What a bag holds."""
 
     chunks: list[ChunkPlace] = field(default_factory=list)
@@ -56,7 +56,7 @@ class Scan:
     whole: bool = True
 
 
-def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
+def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Ros1Scan:
     """Walk over all records; what no record explains is warned of and stepped over.
 
     to_repair: a bag that ends too early is what one came to mend, and no loss of what it holds.
@@ -66,7 +66,7 @@ def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
         raise DamagedError(
             f'Expected a ROS 1 bag of format 2.0, got one that begins with {begin!r}.'
         )
-    found, at, end_is_loss = Scan(), len(MAGIC), log.remark if to_repair else log.loss
+    found, at, end_is_loss = Ros1Scan(), len(MAGIC), log.remark if to_repair else log.loss
     while at < file.size:
         try:
             fields, body, size = head_at(file, at)
@@ -96,7 +96,7 @@ def scan(file: FileBytes, log: BagWarnings, to_repair: bool = False) -> Scan:
     return found
 
 
-def _compare(found: Scan, name: str, log: BagWarnings) -> None:
+def _compare(found: Ros1Scan, name: str, log: BagWarnings) -> None:
     """Compare what was found with what the bag header promises."""
     if found.promised is None:
         log.loss(Subject.INDEX, f'{name}: its first record, the bag header, is missing.')
@@ -109,15 +109,15 @@ def _compare(found: Scan, name: str, log: BagWarnings) -> None:
 
 
 def _take(
-    found: Scan, file: FileBytes, fields: Fields, place: tuple[int, int, int], to_repair: bool
+    found: Ros1Scan, file: FileBytes, fields: Fields, place: tuple[int, int, int], to_repair: bool
 ) -> bool:
     """Keep what one record says; False: it says that the bag was not closed."""
     at, body, size = place
     op = number(fields, 'op', 1)
-    if op == Op.BAG:
+    if op == Ros1Op.BAG:
         found.promised = number(fields, 'chunk_count', 4)
         return number(fields, 'index_pos', 8) > 0
-    if op == Op.CHUNK:
+    if op == Ros1Op.CHUNK:
         method = fields.get('compression', b'').decode('ascii', 'replace')
         if method not in ('none', 'bz2', 'lz4'):
             raise DamagedError(f'Expected compression none, bz2 or lz4, got {method!r}.')
@@ -130,15 +130,15 @@ def _take(
         stored = min(size, MAX_BLOCK, file.size - body)
         unpacked = number(fields, 'size', 4)
         found.chunks.append(ChunkPlace(at, body, stored, unpacked, method, []))
-    elif op == Op.INDEX and found.chunks:
+    elif op == Ros1Op.INDEX and found.chunks:
         count = number(fields, 'count', 4)
         if size != 12 * count:
             raise DamagedError(f'Expected {count} index entries of 12 bytes, got {size} bytes.')
         found.chunks[-1].indexes.append((number(fields, 'conn', 4), count, body))
-    elif op == Op.CONNECTION:
+    elif op == Ros1Op.CONNECTION:
         file.text(body, size)
         found.connections.append(file.text(at, body + size - at))
-    elif op == Op.CHUNK_INFO:
+    elif op == Ros1Op.CHUNK_INFO:
         counts = struct.iter_unpack('<II', file.text(body, size // 8 * 8))
         found.message_count += sum(count for _, count in counts)
     else:
@@ -161,7 +161,7 @@ def next_chunk(file: FileBytes, after: int) -> int | None:
         if at > after:
             try:
                 fields, body, size = head_at(file, at)
-                if number(fields, 'op', 1) == Op.CHUNK and body + size <= file.size:
+                if number(fields, 'op', 1) == Ros1Op.CHUNK and body + size <= file.size:
                     return at
             except DamagedError:
                 continue
@@ -175,7 +175,7 @@ def _listed_chunks(file: FileBytes) -> list[int]:
         at = number(head_at(file, len(MAGIC))[0], 'index_pos', 8)
         while len(MAGIC) < at < file.size and len(offsets) < MAX_CHUNKS:
             fields, body, size = head_at(file, at)
-            if number(fields, 'op', 1) == Op.CHUNK_INFO:
+            if number(fields, 'op', 1) == Ros1Op.CHUNK_INFO:
                 offsets.append(number(fields, 'chunk_pos', 8))
             at = body + size
     except DamagedError:

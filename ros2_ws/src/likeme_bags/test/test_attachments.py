@@ -11,7 +11,7 @@ from sample_bags import KINDS
 from typer.testing import CliRunner, Result
 
 from likeme_bags.bag_console import app
-from likeme_bags.mcap_format import MAGIC, PREFIX, Op
+from likeme_bags.mcap_format import MAGIC, PREFIX, McapOp
 from likeme_bags.reading import open_bag
 from likeme_bags.values import Record
 
@@ -24,20 +24,20 @@ def attachment(name: str, data: bytes) -> bytes:
     body = struct.pack('<QQ', 1, 1) + text(name) + text('text/yaml')
     body += struct.pack('<Q', len(data)) + data
     body += struct.pack('<I', crc32(body))
-    return PREFIX.pack(Op.ATTACHMENT, len(body)) + body
+    return PREFIX.pack(McapOp.ATTACHMENT, len(body)) + body
 
 
 def metadata(name: str, key: str, value: str) -> bytes:
     pairs = text(key) + text(value)
     body = text(name) + struct.pack('<I', len(pairs)) + pairs
-    return PREFIX.pack(Op.METADATA, len(body)) + body
+    return PREFIX.pack(McapOp.METADATA, len(body)) + body
 
 
 def with_records(path: Path, *records: bytes) -> Path:
     """The file with these records behind its header, and without the index at its end."""
     data = path.read_bytes()
     begin = len(MAGIC) + PREFIX.size + PREFIX.unpack_from(data, len(MAGIC))[1]
-    footer = PREFIX.pack(Op.FOOTER, 20) + bytes(20) + MAGIC
+    footer = PREFIX.pack(McapOp.FOOTER, 20) + bytes(20) + MAGIC
     path.write_bytes(data[:begin] + b''.join(records) + data[begin:-37] + footer)
     return path
 

@@ -16,7 +16,7 @@ from backports import zstd
 from sample_bags import KINDS, sample_records
 
 from likeme_bags.errors import BagError
-from likeme_bags.mcap_format import MAGIC, Op
+from likeme_bags.mcap_format import MAGIC, McapOp
 from likeme_bags.reading import Bag, open_bag
 from likeme_bags.values import Record
 
@@ -78,7 +78,7 @@ def test_a_length_that_swallows_the_rest_is_stepped_over(
     data = bytearray(file.read_bytes())
     first = data.index(b'\x04\0\0\0zstd')
     at = data.index(b'\x04\0\0\0zstd', first + 1) - 37
-    assert data[at] == Op.CHUNK
+    assert data[at] == McapOp.CHUNK
     data[at + 1 : at + 9] = struct.pack('<Q', 2**60)
     # With the index at the end, and without.
     for end in (len(data), len(data) - 700):
@@ -151,18 +151,18 @@ def text(value: bytes) -> bytes:
 
 
 def mcap_with(chunk: bytes) -> bytes:
-    return MAGIC + record(Op.HEADER, text(b'ros2') + text(b'')) + chunk + MAGIC
+    return MAGIC + record(McapOp.HEADER, text(b'ros2') + text(b'')) + chunk + MAGIC
 
 
 def chunk(data: bytes, size: int, method: bytes = b'zstd', crc: int = 0) -> bytes:
     fields = struct.pack('<QQQI', 1, 1, size, crc) + text(method)
-    return record(Op.CHUNK, fields + struct.pack('<Q', len(data)) + data)
+    return record(McapOp.CHUNK, fields + struct.pack('<Q', len(data)) + data)
 
 
 def bombs() -> dict[str, bytes]:
     """Small files that claim or unpack to much."""
     zeros = zstd.compress(bytes(2**20) * 300, level=1)
-    tiny = record(Op.MESSAGE, struct.pack('<HIQQ', 1, 0, 1, 1))
+    tiny = record(McapOp.MESSAGE, struct.pack('<HIQQ', 1, 0, 1, 1))
     # Two and a half million.
     many = tiny * 2_500_000
     return {
@@ -173,8 +173,8 @@ def bombs() -> dict[str, bytes]:
         'millions of messages in one chunk': mcap_with(
             chunk(zstd.compress(many), len(many), crc=crc32(many))
         ),
-        'a schema of 8 EiB': mcap_with(struct.pack('<BQ', Op.SCHEMA, 2**63)),
-        'a message of 8 EiB': mcap_with(struct.pack('<BQ', Op.MESSAGE, 2**63)),
+        'a schema of 8 EiB': mcap_with(struct.pack('<BQ', McapOp.SCHEMA, 2**63)),
+        'a message of 8 EiB': mcap_with(struct.pack('<BQ', McapOp.MESSAGE, 2**63)),
         'lz4 that is zstd': mcap_with(chunk(zeros, 1000, b'lz4')),
         'an unknown compression': mcap_with(chunk(zeros, 1000, b'brotli')),
     }

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from sample_bags import BEGIN, CHATTER, KINDS, STRING, TOPICS, sample_records, text_record
 
-from likeme_bags.mcap_format import MAGIC, PREFIX, Op
+from likeme_bags.mcap_format import MAGIC, PREFIX, McapOp
 from likeme_bags.reading import open_bag
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
@@ -50,18 +50,20 @@ def unchunked(written: list[Record]) -> bytes:
     def record(op: int, body: bytes) -> bytes:
         return PREFIX.pack(op, len(body)) + body
 
-    parts = [MAGIC, record(Op.HEADER, text('') + text(''))]
+    parts = [MAGIC, record(McapOp.HEADER, text('') + text(''))]
     for key, topic in enumerate(TOPICS, 1):
         # A language that the library does not know, and QoS that does not parse.
-        parts.append(record(Op.SCHEMA, struct.pack('<H', key) + text(topic.type) + text('x') * 2))
+        parts.append(
+            record(McapOp.SCHEMA, struct.pack('<H', key) + text(topic.type) + text('x') * 2)
+        )
         pairs = text('offered_qos_profiles') + text('- [')
         channel = struct.pack('<HH', key, key) + text(topic.name) + text('cdr')
-        parts.append(record(Op.CHANNEL, channel + struct.pack('<I', len(pairs)) + pairs))
+        parts.append(record(McapOp.CHANNEL, channel + struct.pack('<I', len(pairs)) + pairs))
     keys = {topic.name: key for key, topic in enumerate(TOPICS, 1)}
     for each in written:
         head = struct.pack('<HIQQ', keys[each.topic], 0, each.stamp, each.stamp)
-        parts.append(record(Op.MESSAGE, head + each.data))
-    parts += [record(Op.DATA_END, bytes(4)), record(Op.FOOTER, bytes(20)), MAGIC]
+        parts.append(record(McapOp.MESSAGE, head + each.data))
+    parts += [record(McapOp.DATA_END, bytes(4)), record(McapOp.FOOTER, bytes(20)), MAGIC]
     return b''.join(parts)
 
 

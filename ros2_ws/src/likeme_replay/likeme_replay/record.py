@@ -26,7 +26,7 @@ TOPICS = (
 FOLDER = Path('out/bags')
 
 
-class Storage(StrEnum):
+class RecordingFormat(StrEnum):
     """The file's format."""
 
     MCAP = 'mcap'
@@ -42,7 +42,10 @@ class Compression(StrEnum):
 
 
 #: The compression of each format that is read fastest.
-DEFAULT_COMPRESSION = {Storage.MCAP: Compression.LZ4, Storage.SQLITE3: Compression.ZSTD}
+DEFAULT_COMPRESSION = {
+    RecordingFormat.MCAP: Compression.LZ4,
+    RecordingFormat.SQLITE3: Compression.ZSTD,
+}
 
 
 def record(
@@ -52,7 +55,7 @@ def record(
         list[str] | None,
         typer.Option(help='This topic instead of the default ones; may be repeated.'),
     ] = None,
-    storage: Annotated[Storage, typer.Option(help='The format.')] = Storage.MCAP,
+    storage: Annotated[RecordingFormat, typer.Option(help='The format.')] = RecordingFormat.MCAP,
     compression: Annotated[
         Compression | None, typer.Option(help='Compression (default: lz4; sqlite3: zstd).')
     ] = None,
