@@ -25,7 +25,7 @@ from likeme_msgs.msg import FrameDone, Heard, ObjectState, TableState
 
 SCRIPTS = Path(__file__).parents[1] / 'scripts'
 #: How often a node that fails at a random moment is ended.
-TRIES = 2
+TRIES = 3
 
 Publish = Callable[[int], None]
 

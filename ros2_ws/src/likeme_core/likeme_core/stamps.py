@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 #: Nanoseconds in a second.
 SECOND = 1_000_000_000
 
@@ -14,3 +16,8 @@ def nanoseconds(seconds: float) -> int:
 def seconds(nanoseconds: int) -> float:
     """A duration in s."""
     return nanoseconds / SECOND
+
+
+def stamp_ns(stamp: Any) -> int:
+    """Nanoseconds of a Time message of any library: rclpy's and rosbags' have the same fields."""
+    return int(stamp.sec) * SECOND + int(stamp.nanosec)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.stamps import SECOND
+from likeme_core.stamps import stamp_ns
 from likeme_core.tabletop import Manner, State
 from likeme_inference.event_fields import UNKNOWN
 from likeme_inference.tabletop.session import ImitationSession
@@ -106,11 +106,11 @@ def read_demonstration(msg: Any) -> Demonstration:
     _check_probabilities(msg.x_f_probability, 'x_f_probability')
     if not 0.5 <= msg.manner_probability <= 1:
         raise ValueError(f'Expected p(manner) from 0.5 to 1, got {msg.manner_probability:g}.')
-    start, end = _nanoseconds(msg.start), _nanoseconds(msg.end)
+    start, end = stamp_ns(msg.start), stamp_ns(msg.end)
     if end < start:
         raise ValueError(f'Expected an end after the start at {start} ns, got {end} ns.')
     return Demonstration(
-        stamp=_nanoseconds(msg.header.stamp),
+        stamp=stamp_ns(msg.header.stamp),
         frame=msg.header.frame_id,
         object=msg.object,
         x_i=x_i,
@@ -136,7 +136,7 @@ def read_table(msg: Any) -> TableSnapshot:
         for item in msg.objects
         if item.state != UNKNOWN
     }
-    stamp = _nanoseconds(msg.header.stamp)
+    stamp = stamp_ns(msg.header.stamp)
     return TableSnapshot(stamp, msg.header.frame_id, msg.settled, states)
 
 
@@ -146,7 +146,7 @@ def read_motion(response: Any) -> MotionReport:
         message = f'expected an outcome from 0 to {max(MotionOutcome)}, got {response.outcome}.'
         return MotionReport(None, message)
     outcome = MotionOutcome(response.outcome)
-    return MotionReport(outcome, response.message, _nanoseconds(response.finished))
+    return MotionReport(outcome, response.message, stamp_ns(response.finished))
 
 
 def read_heard(kind: InputKind, heard: Any) -> InputValue:
@@ -158,16 +158,12 @@ def read_heard(kind: InputKind, heard: Any) -> InputValue:
     if kind is InputKind.MOTION:
         known = heard.motion_outcome in set(MotionOutcome)
         outcome = MotionOutcome(heard.motion_outcome) if known else None
-        return MotionReport(outcome, heard.message, _nanoseconds(heard.finished))
+        return MotionReport(outcome, heard.message, stamp_ns(heard.finished))
     if kind is InputKind.ANSWER:
         return OperatorAnswer(_number(Reply, heard.answer, 'answer'), heard.message or '?')
     if kind is InputKind.SILENCE:
         return CameraSilence()
     raise ValueError(f'Expected MOTION, ANSWER or SILENCE, got {kind.name}.')
-
-
-def _nanoseconds(stamp: Any) -> int:
-    return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
 def _number(kind: type[Number], value: int, field: str) -> Number:

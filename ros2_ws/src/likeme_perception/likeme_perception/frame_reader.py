@@ -10,7 +10,7 @@ from typing import Any
 
 import cv2
 
-from likeme_core.stamps import SECOND
+from likeme_core.stamps import stamp_ns
 from likeme_perception.errors import FrameError, NoDepthError
 from likeme_perception.node_settings import NodeSettings
 from likeme_perception.observation import TableObservation
@@ -76,7 +76,7 @@ class FrameReader:
 
     def read(self, colour: Any, depth: Any) -> FrameResult:
         """Read a pair of Image messages."""
-        order = self._order.classify(stamp_of(depth))
+        order = self._order.classify(stamp_ns(depth.header.stamp))
         if order == 'older':
             sentence = 'Expected stamps to increase, got a frame older than the one before it.'
             return FrameResult(reason='older than the last', sentence=sentence)
@@ -111,12 +111,6 @@ class FrameReader:
         return 'no camera_info has come yet'
 
 
-def stamp_of(message: Any) -> int:
-    """The header stamp of a message, ns."""
-    stamp = message.header.stamp
-    return int(stamp.sec) * SECOND + int(stamp.nanosec)
-
-
 def decode_frame(colour: Any, depth: Any) -> RgbdFrame:
     """The frame in a pair of Image messages, with the depth image's stamp.
 
@@ -127,7 +121,7 @@ def decode_frame(colour: Any, depth: Any) -> RgbdFrame:
     metres = decode_depth(
         depth.data, depth.encoding, depth.height, depth.width, depth.step, bool(depth.is_bigendian)
     )
-    return RgbdFrame(stamp_of(depth), depth.header.frame_id, rgb, metres)
+    return RgbdFrame(stamp_ns(depth.header.stamp), depth.header.frame_id, rgb, metres)
 
 
 def intrinsics_of(info: Any) -> Intrinsics:

@@ -18,10 +18,11 @@ from likeme_core.ros import parameters
 from likeme_core.ros.qos import CAMERA
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
+from likeme_core.stamps import stamp_ns
 from likeme_msgs.msg import Demonstration, FrameDone, TableState
 from likeme_perception import messages
 from likeme_perception.frame_counts import FrameCounts, Throttle
-from likeme_perception.frame_reader import FrameReader, stamp_of
+from likeme_perception.frame_reader import FrameReader
 from likeme_perception.node_settings import SETTINGS, read_settings
 from likeme_perception.observation import TableObservation
 from likeme_perception.overlay import draw
@@ -96,7 +97,9 @@ class PerceptionNode(Node):
     def _restart(self, intrinsics: Intrinsics | None) -> None:
         """Forget frames, background and objects."""
         settings = read_settings(parameters.values(self, SETTINGS))
-        self._pairing: StampPairing[Image] = StampPairing(settings.pairing_tolerance, stamp_of)
+        self._pairing: StampPairing[Image] = StampPairing(
+            settings.pairing_tolerance, lambda image: stamp_ns(image.header.stamp)
+        )
         self._reader = FrameReader(settings, intrinsics)
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:

@@ -14,6 +14,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 from likeme_core.observations import Demonstration
+from likeme_core.stamps import stamp_ns
 from likeme_inference.event_fields import belief_fields, decision_fields, outcome_fields
 from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome
 from likeme_perception.demonstration_fields import demonstration_fields
@@ -72,7 +73,7 @@ def entry_of_message(event: LogEvent, message: Any, names: Iterable[str]) -> Log
     """The entry of a message (of any library) with these fields, `header` first."""
     fields = {name: getattr(message, name) for name in names if name != 'header'}
     header = message.header
-    return LogEntry(event, _nanoseconds(header.stamp), {'frame_id': header.frame_id} | fields)
+    return LogEntry(event, stamp_ns(header.stamp), {'frame_id': header.frame_id} | fields)
 
 
 def in_order(entries: Iterable[LogEntry]) -> list[LogEntry]:
@@ -104,13 +105,9 @@ def _json_value(value: Any) -> Any:
         if isinstance(value, kind):
             return kind(value)
     if hasattr(value, 'nanosec'):
-        return _nanoseconds(value)
+        return stamp_ns(value)
     if hasattr(value, 'tolist'):
         return _json_value(value.tolist())
     if isinstance(value, Sequence) or hasattr(value, '__iter__'):
         return [_json_value(item) for item in value]
     raise TypeError(f'Expected a number, a text, a time or a list of them, got {value!r}.')
-
-
-def _nanoseconds(stamp: Any) -> int:
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)

@@ -5,12 +5,9 @@ from __future__ import annotations
 from builtin_interfaces.msg import Time
 from rclpy.clock import Clock, ClockType
 
-from likeme_core.stamps import SECOND
+from likeme_core.stamps import SECOND, stamp_ns
 
-
-def stamp_ns(stamp: Time) -> int:
-    """The stamp of a message, ns."""
-    return int(stamp.sec) * SECOND + int(stamp.nanosec)
+__all__ = ['stamp_ns', 'steady_clock', 'time_msg']
 
 
 def time_msg(nanoseconds: int) -> Time:
