@@ -13,8 +13,8 @@ import argparse
 
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.headless_trial import SimulatedPerception, wait_until_at_rest
-from likeme_arm_sim.scene import OBJECTS, Scene
 from likeme_core.outcomes import Actor
+from likeme_core.paper_world import OFFTABLE, WORLD
 from likeme_core.tabletop import Action, State
 from likeme_experiments.physics_fit.evaluate import FRESH, LEVEL
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
@@ -25,9 +25,9 @@ from report import Bar, publish
 def final_states(cell: Cell, name: str, x_i: State, action: Action, seeds: int) -> list[int]:
     """How often the object ended LEFT, RIGHT, OFFTABLE."""
     counts = [0, 0, 0]
-    others = [other for other in OBJECTS if other != name]
+    others = [other for other in WORLD.objects if other != name]
     for seed in range(FRESH, FRESH + seeds):
-        cell.reset([*others, name], [State.OFFTABLE, State.OFFTABLE, x_i], seed)
+        cell.reset([*others, name], [OFFTABLE, OFFTABLE, x_i], seed)
         cell.run_action(Actor.ROBOT, name, action, SimulatedPerception(cell, seed).look)
         wait_until_at_rest(cell, name)
         state = cell.true_states()[name].state
@@ -42,7 +42,7 @@ def main() -> None:
     parser.add_argument('--seeds', type=int, default=10)
     parser.add_argument('--json', action='store_true')
     seeds = parser.parse_args().seeds
-    cell, notes, passed = Cell(Scene(), 0), {}, 0
+    cell, notes, passed = Cell(WORLD, 0), {}, 0
     for row in table_rows():
         ours = final_states(cell, row.name, row.x_i, row.action, seeds)
         p = multinomial_p_value(row.real, smoothed(ours))

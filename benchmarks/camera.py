@@ -27,10 +27,13 @@ from likeme_arm_sim.kinematics import PANDA_URDF
 from likeme_arm_sim.meshes import Floats
 from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody
-from likeme_arm_sim.scene import CameraMount, Scene
-from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.toys import toys_of
+from likeme_core.camera_mount import CameraMount
+from likeme_core.paper_world import WORLD
 
-SCENE = Scene()
+TOYS = toys_of(WORLD)
+
+SCENE = WORLD
 FRAMES, TINY_FRAMES = 200, 8
 TOY_PLACES = {
     'pear': (0.38, 0.17, 0.5),
@@ -147,7 +150,7 @@ def main() -> None:
     """Measure and publish."""
     on_one_core()
     cv2.setNumThreads(1)
-    background = cell_background(SCENE)
+    background = cell_background(SCENE.table)
     renderer, kinect = MeshRenderer(SCENE.camera, background), Kinect(SCENE.camera)
     client = bullet.connect(bullet.DIRECT)
     body = bullet.loadURDF(str(PANDA_URDF), useFixedBase=True, physicsClientId=client)

@@ -18,9 +18,8 @@ from typing import NamedTuple
 
 import psutil
 
-from likeme_arm_sim.scene import OBJECTS
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.tabletop import Action, State
+from likeme_core.paper_world import LEFT, PUSH_LEFT, WORLD
 from likeme_experiments.learning.offline import learn_locally
 from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
@@ -30,7 +29,7 @@ from likeme_inference.experience.trial import Pair, Trial, TrialKey
 from report import Bar, publish
 
 EACH = 250
-PAIRS = len(State) * len(Action)
+PAIRS = len(WORLD.states) * len(WORLD.actions)
 
 
 class CampaignRun(NamedTuple):
@@ -48,14 +47,16 @@ class CampaignRun(NamedTuple):
 @contextmanager
 def store_at(path: Path) -> Iterator[ExperienceStore]:
     """A store in a temporary folder."""
-    with closing(ExperienceStore(str(path))) as store:
+    with closing(ExperienceStore(str(path), WORLD)) as store:
         yield store
 
 
 def run(workers: int, repetitions: int, folder: Path) -> CampaignRun:
     """Run a campaign."""
-    warm_up = PAIRS * len(OBJECTS)
-    campaign = Campaign(simulated_robot(), 'offline-1', 1, OBJECTS, Systematic(repetitions))
+    warm_up = PAIRS * len(WORLD.objects)
+    campaign = Campaign(
+        WORLD, simulated_robot(WORLD), 'offline-1', 1, WORLD.objects, Systematic(repetitions)
+    )
     marks: list[tuple[float, float]] = []
     began = time.monotonic()
     with store_at(folder / f'{workers}.sqlite') as store:
@@ -79,13 +80,13 @@ def _children_time() -> float:
 
 def _write(place: str, writer: int) -> None:
     """Record trials one by one; the next writer records half of them too."""
-    with closing(ExperienceStore(place)) as store:
+    with closing(ExperienceStore(place, WORLD)) as store:
         for number in range(EACH):
             key = TrialKey(
-                'bench', 'write', Pair('pear', State.LEFT, Action.PUSH_LEFT),
+                'bench', 'write', Pair('pear', LEFT, PUSH_LEFT),
                 writer * EACH // 2 + number,
             )  # fmt: skip
-            store.record([Trial(key, State.LEFT, MotionOutcome.COMPLETED, 0, 'bench', 0)])
+            store.record([Trial(key, LEFT, MotionOutcome.COMPLETED, 0, 'bench', 0)])
 
 
 def write(writers: int, folder: Path) -> tuple[float, int]:
@@ -112,8 +113,8 @@ def main() -> None:
     parser.add_argument('--writers', type=int, default=4)
     parser.add_argument('--json', action='store_true')
     given = parser.parse_args()
-    repetitions = max(2, round(given.trials / PAIRS / len(OBJECTS)))
-    trials = repetitions * PAIRS * len(OBJECTS)
+    repetitions = max(2, round(given.trials / PAIRS / len(WORLD.objects)))
+    trials = repetitions * PAIRS * len(WORLD.objects)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         one, two = run(1, repetitions, folder), run(2, repetitions, folder)

@@ -116,7 +116,7 @@ def _measure(
     return Phase(name, rate, len(stamps), len(stamps) - len(latency), np.array(latency), cpu)
 
 
-def _acting(client: Any, action: int) -> Callable[[], bool]:
+def _acting(client: Any, action: str) -> Callable[[], bool]:
     future = client.call_async(ExecuteAction.Request(object='chicken', action=action))
 
     def done() -> bool:
@@ -141,13 +141,13 @@ def _phases(pid: int) -> list[Phase]:
                 listener,
                 'the hand moves',
                 nodes,
-                _acting(listener.human, ExecuteAction.Request.PLACE_RIGHT),
+                _acting(listener.human, 'place_right'),
             ),
             _measure(
                 listener,
                 'the arm moves',
                 nodes,
-                _acting(listener.arm, ExecuteAction.Request.PUSH_LEFT),
+                _acting(listener.arm, 'push_left'),
             ),
         ]
     finally:

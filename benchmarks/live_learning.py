@@ -22,7 +22,7 @@ import numpy as np
 import psutil
 from domain_coordinator import domain_id
 
-from likeme_arm_sim.scene import OBJECTS
+from likeme_core.paper_world import WORLD
 from likeme_core.processes import die_with_parent
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_inference.experience.store import ExperienceStore
@@ -95,13 +95,13 @@ def measure(given: argparse.Namespace, place: Path, log: Path) -> list[Bar]:
     """Run the campaign to its end with kills at random times."""
     rng, victims = np.random.default_rng(given.seed), cycle(VICTIMS)
     campaign = campaign_of(
-        'live', ROBOT, given.seed, OBJECTS, PolicyName.RANDOM, 10, given.trials
+        WORLD, 'live', ROBOT, given.seed, WORLD.objects, PolicyName.RANDOM, 10, given.trials
     )  # fmt: skip
     planned = {key.identity for key in campaign.plan()}
     words = ['--policy', 'random', '--trials', str(given.trials), '--seed', str(given.seed)]
     words += ['--robot', ROBOT, '--store', str(place)]
     began, killed, gone, hangs = time.monotonic(), 0, 0, 0
-    with closing(ExperienceStore(str(place))) as store:
+    with closing(ExperienceStore(str(place), WORLD)) as store:
         at_first = known = store.identities(ROBOT, campaign.name)
         learner = Learner(words, log)
         news, due = time.monotonic(), np.inf

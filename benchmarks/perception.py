@@ -19,14 +19,23 @@ import numpy as np
 import report
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.scene import Scene
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.paper_world import (
+    OFFTABLE,
+    PLACE_LEFT,
+    PLACE_OFFTABLE,
+    PLACE_RIGHT,
+    PUSH_LEFT,
+    PUSH_OFFTABLE,
+    PUSH_RIGHT,
+    WORLD,
+)
+from likeme_core.tabletop import Action, Manner
 from likeme_experiments.learning.cell_perception import object_view
 from likeme_perception.blobs import mask_of
-from likeme_perception.catalogue import load_catalogue
-from likeme_perception.config import PerceptionConfig
+from likeme_perception.catalogue import world_catalogue
+from likeme_perception.config import world_config
 from likeme_perception.look import look_at, read_frame, read_intrinsics
 from likeme_perception.observation import TableObservation
 from likeme_perception.pipeline import TabletopPerception
@@ -35,14 +44,14 @@ from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 FRAME_RATE = 30.0
 SEEDS = 3
 ACTS: tuple[tuple[Actor, str, Action], ...] = (
-    (Actor.HUMAN, 'chicken', Action.PLACE_LEFT),
-    (Actor.HUMAN, 'chicken', Action.PLACE_RIGHT),
-    (Actor.ROBOT, 'chicken', Action.PUSH_LEFT),
-    (Actor.HUMAN, 'pear', Action.PUSH_LEFT),
-    (Actor.ROBOT, 'lemon', Action.PLACE_RIGHT),
-    (Actor.HUMAN, 'lemon', Action.PLACE_OFFTABLE),
-    (Actor.ROBOT, 'pear', Action.PUSH_RIGHT),
-    (Actor.HUMAN, 'chicken', Action.PUSH_OFFTABLE),
+    (Actor.HUMAN, 'chicken', PLACE_LEFT),
+    (Actor.HUMAN, 'chicken', PLACE_RIGHT),
+    (Actor.ROBOT, 'chicken', PUSH_LEFT),
+    (Actor.HUMAN, 'pear', PUSH_LEFT),
+    (Actor.ROBOT, 'lemon', PLACE_RIGHT),
+    (Actor.HUMAN, 'lemon', PLACE_OFFTABLE),
+    (Actor.ROBOT, 'pear', PUSH_RIGHT),
+    (Actor.HUMAN, 'chicken', PUSH_OFFTABLE),
 )
 SHARED = Path(os.environ.get('LIKEME_SHARED', Path(__file__).resolve().parents[2] / 'shared'))
 
@@ -63,11 +72,11 @@ class ObservedCell:
     """A cell and its perception."""
 
     def __init__(self, seed: int, tally: Measurements) -> None:
-        self.cell = Cell(Scene(), seed)
-        camera = self.cell.scene.camera
+        self.cell = Cell(WORLD, seed)
+        camera = self.cell.world.camera
         lens = camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height
-        known = load_catalogue()
-        self.perception = TabletopPerception(PerceptionConfig(), Intrinsics(*lens), known)
+        known = world_catalogue(WORLD)
+        self.perception = TabletopPerception(world_config(WORLD), Intrinsics(*lens), known)
         self.table: TableObservation | None = None
         self.found: list[Demonstration] = []
         self._tally, self._due = tally, 0.0
@@ -115,7 +124,7 @@ class ObservedCell:
         for seen in self.table.objects:
             there = truth[seen.name]
             self._tally.states.append(seen.state is there.state)
-            if seen.visible and there.state != State.OFFTABLE:
+            if seen.visible and there.state != OFFTABLE:
                 off = np.hypot(seen.centroid[0] - there.x, seen.centroid[1] - there.y)
                 self._tally.errors.append(float(off) * 1e3)
 

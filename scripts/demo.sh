@@ -5,9 +5,11 @@
 # paper's story and tells each step with its numbers. Under 90 s on two cores after the set-up.
 #
 #   --seed N            draws the positions, the hand and the noise
-#   --object NAME       pear, lemon or chicken, instead of the paper's two acts
-#   --show FROM TO      what the person shows; states are left, right and offtable
-#   --by MANNER         how the person shows it: place or push
+#   --world W           a shipped world (chung2015, the paper's; three_bins; one_more_manner) or a
+#                       world file; plays its story
+#   --object NAME       one act with this object instead of the story
+#   --show FROM TO      what the person shows: two regions of the world, e.g. right left
+#   --by MANNER         how the person shows it: place, push or drop
 #   --operator WHO      who answers the robot: auto (the simulated person) or me (this keyboard)
 #   --model FILE        another transition model
 #   --out DIR           folder for the picture and the log of the nodes (default: out/demo)

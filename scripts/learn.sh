@@ -18,7 +18,9 @@
 #   --seed N            seed of the campaign
 #   --robot NAME        name of the robot (live), if it is not the simulated one
 #   --domain N          ROS domain (live)
-#   --store PLACE       SQLite file or database URL (default: out/experience.sqlite)
+#   --world W           a shipped world or a world file (default: chung2015)
+#   --store PLACE       SQLite file or database URL (default: out/experience.sqlite, of other
+#                       worlds out/experience-NAME.sqlite)
 #
 # Exit codes: 0 all trials are recorded, 1 failure, 2 usage, 3 no cell is running, 130 Ctrl-C.
 

@@ -8,7 +8,8 @@
 #   --intrinsics FILE   JSON with fx, fy, cx, cy (default: a Kinect's)
 #   --out FILE          the picture with what was found drawn in
 #   --json              all numbers
-#   --learn NAME        a catalogue entry for the largest thing in view
+#   --world W           the world whose objects are known: a shipped one or a world file
+#   --learn NAME        an entry for a world file, of the largest thing in view
 #
 # Exit codes: 0 done, 1 the files cannot be used, 2 usage. All options: look.sh --options
 

@@ -13,6 +13,7 @@
 #                         decision and outcome (- is stdout); implies --lockstep unless --offline
 #   --params FILE         ROS parameters of perception_node and inference_node, before those the bag
 #                         was recorded with
+#   --world W             the world: a shipped one or a world file (default: the recorded one)
 #   --rate F              recorded seconds per second; 0: as fast as it goes, as --lockstep does
 #   --start S, --end S    seconds after the first message
 #   --loop                again and again

@@ -8,6 +8,7 @@
 #   --out DIR     also draw DIR/NAME.png and DIR/NAME.svg
 #   --seeds N     number of independent repetitions, for random computations
 #   --model M     shipped, learned, or the path of a model file or experience store
+#   --world W     a shipped world or a world file (default: chung2015)
 #   --workers N   processes, for long computations
 #
 # Exit codes: 0 done, 1 failure, 2 usage.

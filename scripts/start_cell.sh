@@ -16,6 +16,7 @@
 #   --seed N                  seed of the simulated cell
 #   --real-time-factor F      1: real time; 0: as fast as possible
 #   --model FILE              another transition model of the robot
+#   --world W                 a shipped world (chung2015, three_bins, one_more_manner) or a world file
 #   --experience STORE        SQLite file or database URL: executed imitations improve the model
 #   --params FILE             ROS parameter file; likeme_bringup/config/cell.yaml has all names
 #   --domain N                ROS domain (default: ROS_DOMAIN_ID or 0)

@@ -18,7 +18,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from graph import Graph, NodeProcess
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.messages import camera_info_message, image_message
-from likeme_arm_sim.scene import Scene
+from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.msg import TableState
 
@@ -36,9 +36,9 @@ class Watched:
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
         self.node = graph.start('likeme_perception.perception_node', background_frames=5)
-        cell = Cell(Scene(), seed=1)
+        cell = Cell(WORLD, seed=1)
         cell.step(1.0)
-        self._images, self._info = cell.frame(), camera_info_message(cell.scene.camera)
+        self._images, self._info = cell.frame(), camera_info_message(cell.world.camera)
         self.states = graph.collect(TableState, 'table_state')
         self._diagnostics = graph.collect(DiagnosticArray, '/diagnostics')
         self._colour = graph.publisher(Image, 'camera/rgb/image_rect_color', 5)
@@ -263,10 +263,10 @@ def test_stamps_at_the_ends_of_time(watched: Watched) -> None:
     [
         ('min_height', 5.0, 'min_height'),
         ('still_time', float('nan'), ''),
-        ('work_area', [0.6, 0.3, -0.3, 0.3], 'x_min < x_max'),
+        ('table', [0.6, 0.3, -0.3, 0.3], 'x_min < x_max'),
         ('camera_quaternion', [0.0, 0.0, 0.0, 2.0], 'quaternion'),
         ('background_frames', 0, 'background_frames'),
-        ('blue_line_y', 'middle', 'DOUBLE'),
+        ('place_rise', 'middle', 'DOUBLE'),
     ],
 )
 def test_parameters_out_of_range_are_refused_when_set(

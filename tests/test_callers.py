@@ -16,6 +16,8 @@ from domain_coordinator import domain_id
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from std_srvs.srv import Trigger
 
+from likeme_core.paper_world import LEFT, WORLD
+from likeme_core.ros.world import WorldPublisher
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -62,7 +64,8 @@ def cell(domain: int) -> Iterator[StandIn]:
     node.create_service(ResetCell, 'cell/reset', simple)
     node.create_service(Trigger, 'cell/hold', simple)
     table = node.create_publisher(TableState, 'table_state', 1)
-    state = TableState(objects=[ObjectState(name='pear', state=ObjectState.LEFT)])
+    world = WorldPublisher(node, WORLD)
+    state = TableState(objects=[ObjectState(name='pear', state=LEFT)])
     node.create_timer(0.1, lambda: table.publish(state))
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(node)
@@ -74,6 +77,7 @@ def cell(domain: int) -> Iterator[StandIn]:
     thread = threading.Thread(target=spin)
     thread.start()
     yield StandIn(domain, node, asked)
+    del world
     executor.shutdown()
     thread.join(BOUND)
     node.destroy_node()
@@ -91,11 +95,11 @@ def person_runs(domain: int, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_arm_is_asked_by_object_and_number(cell: StandIn) -> None:
+def test_the_arm_is_asked_by_names(cell: StandIn) -> None:
     answer = person_runs(cell.domain, 'arm', 'push_left', 'pear')
     assert (answer.returncode, answer.stdout) == (0, 'Done.\n'), answer.stderr
     request = cell.asked.pop()
-    assert (request.object, request.action) == ('pear', ExecuteAction.Request.PUSH_LEFT)
+    assert (request.object, request.action) == ('pear', 'push_left')
 
 
 def test_a_motion_that_was_not_completed_is_exit_code_1(cell: StandIn) -> None:
@@ -106,7 +110,7 @@ def test_a_motion_that_was_not_completed_is_exit_code_1(cell: StandIn) -> None:
 def test_a_demonstration_is_made_of_manner_and_target(cell: StandIn) -> None:
     answer = person_runs(cell.domain, 'show', 'pear', 'left', 'right', '--by', 'push')
     assert answer.returncode == 0, answer.stderr
-    assert cell.asked.pop().action == ExecuteAction.Request.PUSH_RIGHT
+    assert cell.asked.pop().action == 'PUSH_RIGHT'
 
 
 def test_a_demonstration_from_elsewhere_is_not_begun(cell: StandIn) -> None:
@@ -120,7 +124,7 @@ def test_a_demonstration_from_elsewhere_is_not_begun(cell: StandIn) -> None:
 def test_force_goes_on(cell: StandIn) -> None:
     answer = person_runs(cell.domain, 'show', 'pear', 'right', 'left', '--force')
     assert answer.returncode == 0, answer.stderr
-    assert cell.asked.pop().action == ExecuteAction.Request.PLACE_LEFT
+    assert cell.asked.pop().action == 'PLACE_LEFT'
 
 
 def test_an_object_the_camera_does_not_know(cell: StandIn) -> None:

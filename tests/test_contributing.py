@@ -14,8 +14,7 @@ import pytest
 import yaml
 
 from likeme_arm_sim.cell import Cell, CellSettings
-from likeme_arm_sim.scene import Scene
-from likeme_core.tabletop import State
+from likeme_core.paper_world import RIGHT, WORLD
 from likeme_inference.tabletop.model_file import load_tabletop
 from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import config_from
@@ -85,7 +84,7 @@ print(defaults(SETTINGS)['quiet_time'], SETTINGS['quiet_time'].limits)
 
 
 def test_add_an_object(tmp_path: Path) -> None:
-    images = Cell(Scene(objects=('lemon',)), 1, CellSettings(initial_states={})).frame()
+    images = Cell(WORLD.only('lemon'), 1, CellSettings(initial_states={})).frame()
     colour, depth = tmp_path / 'colour.png', tmp_path / 'depth.png'
     cv2.imwrite(str(colour), images.rgb[:, :, ::-1])
     cv2.imwrite(str(depth), images.depth_mm)
@@ -113,4 +112,4 @@ def test_move_a_region() -> None:
     config = config_from({'blue_line_y': 0.1})
     assert config.table is not None
     regions = regions_of(config, config.table)
-    assert regions.state_of(0.44, 0.05) is State.RIGHT
+    assert regions.state_of(0.44, 0.05) == RIGHT

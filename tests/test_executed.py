@@ -13,7 +13,16 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from likeme_arm_sim.cell import Cell
-from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_core.paper_world import (
+    LEFT,
+    PLACE_LEFT,
+    PLACE_RIGHT,
+    PUSH_LEFT,
+    PUSH_RIGHT,
+    RIGHT,
+    WORLD,
+)
+from likeme_core.tabletop import Manner, Mode
 from likeme_experiments.commands.reproduce import app
 from likeme_experiments.evaluation.episode import ImitationEpisode, PerceivedDemonstration
 from likeme_experiments.evaluation.forecast import DemonstrationCase
@@ -31,14 +40,14 @@ from likeme_inference.tabletop.robot_model import RobotModel
 
 TEXT = format_model(shipped())
 WAYS = ('trajectory', 'goal_based', 'interactive', 'sequential', 'sequential_with_help')
-BACK = EpisodeTask(DemonstrationCase('lemon', State.RIGHT, State.LEFT, Manner.PUSH), 1)
+BACK = EpisodeTask(DemonstrationCase('lemon', RIGHT, LEFT, Manner.PUSH), 1)
 #: The pear from RIGHT to LEFT is what the paper's robot asks for.
-ASKED = EpisodeTask(DemonstrationCase('pear', State.RIGHT, State.LEFT, Manner.PLACE), 0)
+ASKED = EpisodeTask(DemonstrationCase('pear', RIGHT, LEFT, Manner.PLACE), 0)
 
 
 @pytest.fixture(scope='module')
 def lemon_back() -> ImitationEpisode:
-    return make_episode(BACK, TEXT)
+    return make_episode(BACK, TEXT, WORLD.source)
 
 
 def run(*words: str) -> Result:
@@ -52,13 +61,13 @@ def only(name: str) -> RobotModel:
 
 
 def test_a_result_depends_on_the_actions_alone() -> None:
-    push, place = Action.PUSH_RIGHT, Action.PLACE_RIGHT
-    with temporary_cell('lemon') as one, temporary_cell('lemon') as other:
-        wandering = ImitationCell(one, 'lemon', State.LEFT, 7)
+    push, place = PUSH_RIGHT, PLACE_RIGHT
+    with temporary_cell(WORLD, 'lemon') as one, temporary_cell(WORLD, 'lemon') as other:
+        wandering = ImitationCell(WORLD, one, 'lemon', LEFT, 7)
         wandering.execute((), place)
         first = wandering.execute((), push)
-        wandering.help((), State.RIGHT)
-        straight = ImitationCell(other, 'lemon', State.LEFT, 7)
+        wandering.help((), RIGHT)
+        straight = ImitationCell(WORLD, other, 'lemon', LEFT, 7)
         assert straight.start == wandering.start
         assert straight.execute((), push) == first
         done = wandering.execute((push,), place)
@@ -76,28 +85,28 @@ def test_an_episode_closes_every_cell_it_makes(monkeypatch: pytest.MonkeyPatch) 
         return made[-1]
 
     monkeypatch.setattr(demonstration, 'Cell', new_cell)
-    make_episode(BACK, TEXT)
+    make_episode(BACK, TEXT, WORLD.source)
     assert made
-    assert not any(cell.world.client.isConnected() for cell in made)
+    assert not any(cell.physics_world.client.isConnected() for cell in made)
 
 
 def test_an_episode_is_a_function_of_task_and_model(lemon_back: ImitationEpisode) -> None:
-    asked = make_episode(ASKED, TEXT)
-    assert make_episode(BACK, TEXT) == lemon_back
+    asked = make_episode(ASKED, TEXT, WORLD.source)
+    assert make_episode(BACK, TEXT, WORLD.source) == lemon_back
     assert asked.understood
-    assert lemon_back.perceived == (PerceivedDemonstration(State.RIGHT, State.LEFT, Manner.PUSH),)
+    assert lemon_back.perceived == (PerceivedDemonstration(RIGHT, LEFT, Manner.PUSH),)
     for results in asked.results.values():
-        assert results[Mode.TRAJECTORY].actions == (Action.PLACE_LEFT,)
+        assert results[Mode.TRAJECTORY].actions == (PLACE_LEFT,)
         interactive = results[Mode.INTERACTIVE]
         assert (interactive.asked, interactive.actions) == (True, ())
-        assert interactive.helped == State.LEFT
-        assert results[Mode.GOAL_BASED].actions == (Action.PUSH_LEFT,)
+        assert interactive.helped == LEFT
+        assert results[Mode.GOAL_BASED].actions == (PUSH_LEFT,)
         assert results[Mode.SEQUENTIAL].states[0] == results[Mode.GOAL_BASED].states[0]
     assert {len(e[Mode.TRAJECTORY].actions) for e in lemon_back.results.values()} == {1}
 
 
 def test_every_task_has_its_own_seeds() -> None:
-    wanted = tasks(('pear', 'lemon', 'chicken'), 2)
+    wanted = tasks(WORLD, ('pear', 'lemon', 'chicken'), 2)
     seeds = {task.seed_for(purpose) for task in wanted for purpose in ('shown', 'put back')}
     assert (len(wanted), len(seeds)) == (48, 96)
 
@@ -157,26 +166,28 @@ def _check_document(document: dict[str, Any]) -> None:
 
 
 def test_a_log_is_of_one_model(tmp_path: Path, lemon_back: ImitationEpisode) -> None:
-    EpisodeLog(tmp_path, TEXT).add(lemon_back)
-    assert list(EpisodeLog(tmp_path, TEXT).episodes.values()) == [lemon_back]
-    assert not EpisodeLog(tmp_path, format_model(only('pear'))).episodes
-    assert fingerprint(TEXT) == fingerprint(TEXT)
+    EpisodeLog(tmp_path, TEXT, WORLD).add(lemon_back)
+    assert list(EpisodeLog(tmp_path, TEXT, WORLD).episodes.values()) == [lemon_back]
+    assert not EpisodeLog(tmp_path, format_model(only('pear')), WORLD).episodes
+    assert fingerprint(TEXT, WORLD) == fingerprint(TEXT, WORLD)
 
 
-@pytest.mark.parametrize('data', ['likeme_perception/data/catalogue.yaml', 'likeme_core/table.py'])
+@pytest.mark.parametrize(
+    'data', ['likeme_perception/config.py', 'likeme_core/worlds/chung2015.yaml']
+)
 def test_a_log_is_of_one_version_of_code_and_data(
     data: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before, package = fingerprint(TEXT), data.partition('/')[0]
+    before, package = fingerprint(TEXT, WORLD), data.partition('/')[0]
     source = Path(str(files(package)))
     shutil.copytree(source, tmp_path / package)
     monkeypatch.setattr(
         episode_log, 'files', lambda name: tmp_path / name if name == package else files(name)
     )
-    assert fingerprint(TEXT) == before
+    assert fingerprint(TEXT, WORLD) == before
     with (tmp_path / data).open('a') as file:
         file.write('\n# changed\n')
-    assert fingerprint(TEXT) != before
+    assert fingerprint(TEXT, WORLD) != before
 
 
 def test_a_self_taught_model_is_learned_once(
@@ -185,11 +196,11 @@ def test_a_self_taught_model_is_learned_once(
     place = str(tmp_path / 'experience.sqlite')
 
     def taught() -> RobotModel:
-        return learning.self_taught(1, 5, 1, ('lemon',), place)
+        return learning.self_taught(WORLD, 1, 5, 1, ('lemon',), place)
 
     model = taught()
     assert model.label == 'self_taught 18'
-    assert list(model.sources) == [f'{simulated_robot()}/offline-5']
+    assert list(model.sources) == [f'{simulated_robot(WORLD)}/offline-5']
     monkeypatch.setattr(
         learning, 'learn_locally', lambda *_: pytest.fail('All trials are recorded.')
     )

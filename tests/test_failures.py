@@ -15,7 +15,7 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from graph import LATCHED, Graph, NodeProcess
-from likeme_msgs.msg import Decision, ObjectState, Outcome, TableState
+from likeme_msgs.msg import Decision, Outcome, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
 pytestmark = pytest.mark.graph
@@ -27,12 +27,12 @@ ACTION_TIMEOUT = 5.0
 STILL = 2e-3
 
 
-def begin(graph: Graph, who: str, name: str, action: int) -> Any:
+def begin(graph: Graph, who: str, name: str, action: str) -> Any:
     """Ask arm or human to act; the future of the answer."""
     return graph.send(ExecuteAction, f'{who}/execute_action', Act(object=name, action=action), 30)
 
 
-def act(graph: Graph, who: str, name: str, action: int) -> ExecuteAction.Response:
+def act(graph: Graph, who: str, name: str, action: str) -> ExecuteAction.Response:
     """Have arm or human act; the answer."""
     future = begin(graph, who, name, action)
     graph.until(future.done, 60, 'an answer')
@@ -62,7 +62,7 @@ def children(process: NodeProcess) -> dict[str, psutil.Process]:
 def test_one_node_dies_in_mid_action_and_all_end(tmp_path: Path, victim: str) -> None:
     with Graph(tmp_path) as graph:
         cell = graph.run('cell', *START_CELL, '--seed', '1')
-        motion = begin(graph, 'human', 'chicken', Act.PLACE_LEFT)
+        motion = begin(graph, 'human', 'chicken', 'place_left')
         nodes = graph.until(lambda: len(c := children(cell)) == 3 and c, 10, 'three nodes')
         graph.during(1.0)
         assert not motion.done()
@@ -89,9 +89,9 @@ def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
         outcomes = graph.collect(Outcome, 'outcome', LATCHED)
         tables = graph.collect(TableState, 'table_state')
         graph.until(lambda: tables, 30, 'a table state')
-        assert act(graph, 'human', 'chicken', Act.PLACE_LEFT).success
+        assert act(graph, 'human', 'chicken', 'place_left').success
         graph.until(lambda: decisions, 20, 'AT_GOAL')
-        assert act(graph, 'human', 'chicken', Act.PLACE_RIGHT).success
+        assert act(graph, 'human', 'chicken', 'place_right').success
         graph.until(lambda: decisions[-1].kind == Decision.EXECUTE, 20, 'EXECUTE')
         asked = time.monotonic()
         until_moving(graph, joints)
@@ -112,17 +112,17 @@ def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
         assert thinking.alive
 
         tables.clear()
-        reset = ResetCell.Request(objects=['chicken'], states=[ObjectState.RIGHT])
+        reset = ResetCell.Request(objects=['chicken'], states=['right'])
         assert graph.call(ResetCell, 'cell/reset', reset).success
         # The new arm, too, has to hear of the chicken.
         graph.until(lambda: sum(at_rest(t, 'chicken') for t in tables) > 5, 20, 'the chicken')
-        assert act(graph, 'arm', 'chicken', Act.PUSH_LEFT).outcome == Act.COMPLETED
+        assert act(graph, 'arm', 'chicken', 'push_left').outcome == Act.COMPLETED
 
 
 def test_an_arm_that_freezes_for_a_while_goes_on(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         arm = graph.start('likeme_arm_sim.arm_driver_node', seed=1)
-        motion = begin(graph, 'human', 'chicken', Act.PLACE_LEFT)
+        motion = begin(graph, 'human', 'chicken', 'place_left')
         joints = graph.collect(JointState, 'joint_states')
         graph.until(lambda: len(joints) > 20, 20, 'joint_states')
         arm.signal(signal.SIGSTOP)

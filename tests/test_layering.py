@@ -122,6 +122,7 @@ KEYS = {
     'PIL': ('python3-pil', 'pillow'),
     'cv2': ('python3-opencv', 'opencv-python-headless'),
     'distributed': (None, 'distributed'),
+    'jsonschema': ('python3-jsonschema', 'jsonschema'),
     'lz4': (None, 'lz4'),
     'matplotlib': ('python3-matplotlib', 'matplotlib'),
     'numpy': ('python3-numpy', 'numpy'),
@@ -131,7 +132,9 @@ KEYS = {
     'rich': ('python3-rich', 'rich'),
     'rosbags': ('python3-rosbags-pip', 'rosbags'),
     'scipy': ('python3-scipy', 'scipy'),
+    'shapely': ('python3-shapely', 'shapely'),
     'sqlalchemy': ('python3-sqlalchemy', 'sqlalchemy'),
+    'trimesh': ('python3-trimesh-pip', 'trimesh'),
     'typer': ('python3-typer', 'typer'),
     'yaml': ('python3-yaml', 'pyyaml'),
 }

@@ -12,6 +12,7 @@ import psutil
 import pytest
 
 from graph import Graph, NodeProcess
+from likeme_core.paper_world import WORLD
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_inference.experience.store import ExperienceStore
 
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.graph
 START_CELL = (sys.executable, '-m', 'likeme_bringup.start_cell')
 LEARN = (sys.executable, '-m', 'likeme_experiments.commands.learn')
 WORDS = ('--object', 'chicken', '--policy', 'random', '--trials', '5', '--robot', 'test')
-CAMPAIGN = campaign_of('live', 'test', 1, ('chicken',), PolicyName.RANDOM, 10, 5)
+CAMPAIGN = campaign_of(WORLD, 'live', 'test', 1, ('chicken',), PolicyName.RANDOM, 10, 5)
 #: s at most for one trial, with a restart of the cell in it.
 A_TRIAL = 60.0
 
@@ -33,7 +34,10 @@ def kill_nodes_of(process: NodeProcess) -> None:
 
 @pytest.mark.slow
 def test_kills_of_arm_perception_and_learner(tmp_path: Path) -> None:
-    with Graph(tmp_path) as graph, closing(ExperienceStore(str(tmp_path / 'x.sqlite'))) as store:
+    with (
+        Graph(tmp_path) as graph,
+        closing(ExperienceStore(str(tmp_path / 'x.sqlite'), WORLD)) as store,
+    ):
 
         def start(part: str) -> NodeProcess:
             fast = ('--real-time-factor', '0') if part == 'arm' else ()

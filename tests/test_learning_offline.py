@@ -14,6 +14,7 @@ import psutil
 import pytest
 from typer.testing import CliRunner, Result
 
+from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.tabletop import State
 from likeme_experiments.commands.learn import app
 from likeme_experiments.learning.cell_perception import distance_to_state
@@ -25,22 +26,22 @@ from likeme_inference.experience.exploration_policy import Random
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 from likeme_inference.tabletop.model_file import load
-from likeme_perception.config import PerceptionConfig
-from likeme_perception.state_probability import regions_of
 
-CAMPAIGN = Campaign(simulated_robot(), 'offline-5', 5, ('lemon',), Random(6))
+CAMPAIGN = Campaign(WORLD, simulated_robot(WORLD), 'offline-5', 5, ('lemon',), Random(6))
 
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[ExperienceStore]:
-    with closing(ExperienceStore(str(tmp_path / 'experience.sqlite'))) as opened:
+    with closing(ExperienceStore(str(tmp_path / 'experience.sqlite'), WORLD)) as opened:
         yield opened
 
 
 @pytest.fixture(scope='module')
 def alone() -> dict[str, Trial]:
     """Every trial of the campaign, last first, in this process."""
-    made = [make_trial(key, CAMPAIGN.seed) for key in reversed(list(CAMPAIGN.plan()))]
+    made = [
+        make_trial(key, CAMPAIGN.seed, WORLD.source) for key in reversed(list(CAMPAIGN.plan()))
+    ]
     return {trial.key.identity: trial for trial in made}
 
 
@@ -90,7 +91,7 @@ def test_a_dask_cluster_continues_a_stopped_campaign(
 
 
 def test_states_and_places_of_a_trial_agree(alone: dict[str, Trial]) -> None:
-    regions = regions_of(PerceptionConfig(), PerceptionConfig().table)  # type: ignore[arg-type]
+    regions = WORLD.regions
     for trial in alone.values():
         x_i = trial.key.pair.x_i
         if trial.before is not None and x_i.name != 'OFFTABLE':
@@ -103,7 +104,7 @@ def test_states_and_places_of_a_trial_agree(alone: dict[str, Trial]) -> None:
 def test_a_trial_of_another_robot_is_refused() -> None:
     key = replace(next(CAMPAIGN.plan()), robot='sim-other')
     with pytest.raises(TrialFailedError, match='Expected the software of the robot sim-other'):
-        make_trial(key, 5)
+        make_trial(key, 5, WORLD.source)
 
 
 def test_a_missing_dask_scheduler_is_reported() -> None:
@@ -121,15 +122,15 @@ def test_a_missing_dask_scheduler_is_reported() -> None:
         ((0.44, 0.05), None, 0.05),
         ((0.60, 0.2), None, 0.01),
         ((0.44, -0.5), None, 0.17),
-        ((0.60, 0.2), State.RIGHT, 0.2),
-        ((0.44, 0.01), State.OFFTABLE, 0.17),
-        ((0.44, -0.35), State.LEFT, 0.02),
+        ((0.60, 0.2), RIGHT, 0.2),
+        ((0.44, 0.01), OFFTABLE, 0.17),
+        ((0.44, -0.35), LEFT, 0.02),
     ],
 )
 def test_distance_to_a_state(
     place: tuple[float, float], state: State | None, distance: float
 ) -> None:
-    regions = regions_of(PerceptionConfig(), PerceptionConfig().table)  # type: ignore[arg-type]
+    regions = WORLD.regions
     assert distance_to_state(regions, *place, state) == pytest.approx(distance)
 
 
@@ -139,7 +140,7 @@ def learner(*words: str) -> Result:
 
 def test_export_import_and_summary(tmp_path: Path, alone: dict[str, Trial]) -> None:
     one, other = str(tmp_path / 'one.sqlite'), str(tmp_path / 'other.sqlite')
-    with closing(ExperienceStore(one)) as store:
+    with closing(ExperienceStore(one, WORLD)) as store:
         store.record(list(alone.values())[:5])
     text, model = str(tmp_path / 'trials.csv'), tmp_path / 'model.csv'
     assert learner('export', text, '--store', one).stdout.startswith('5 trials written')

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.scene import Scene
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.paper_world import LEFT, PLACE_LEFT, PUSH_LEFT, RIGHT, WORLD
+from likeme_core.tabletop import Action, Manner
 from likeme_experiments.learning.cell_perception import CellPerception, object_view
-from likeme_perception.catalogue import load_catalogue
-from likeme_perception.config import PerceptionConfig
+from likeme_perception.catalogue import world_catalogue
+from likeme_perception.config import world_config
 from likeme_perception.observation import TableObservation
 
 FRAME_RATE = 15.0
@@ -23,9 +25,9 @@ class Watched:
     """A cell under perception's eyes."""
 
     def __init__(self, seed: int) -> None:
-        self.cell = Cell(Scene(), seed)
-        config = PerceptionConfig(background_frames=10)
-        self._eyes = CellPerception(self.cell, config, load_catalogue(), None)
+        self.cell = Cell(WORLD, seed)
+        config = replace(world_config(WORLD), background_frames=10)
+        self._eyes = CellPerception(self.cell, config, world_catalogue(WORLD), None)
         self.table: TableObservation | None = None
         self.acts: list[Demonstration] = []
         self.seen_while: set[str] = set()
@@ -68,18 +70,12 @@ def watched() -> Watched:
 
 
 def test_the_settings_are_the_cells_numbers() -> None:
-    cell, config = Scene(), PerceptionConfig()
-    np.testing.assert_allclose(config.camera_pose(), cell.camera.pose(), atol=1e-5)
-    for mine, theirs in (
-        (config.table, cell.table.top),
-        (config.work_area, cell.table.work_area),
-    ):
-        assert mine is not None
-        for side in ('x_min', 'x_max', 'y_min', 'y_max'):
-            assert getattr(mine, side) == getattr(theirs, side)
-    assert config.blue_line_y == cell.table.blue_line_y
-    assert config.fallen_depth == cell.table.thickness
-    assert {o.name for o in load_catalogue().objects} == set(cell.objects)
+    config = world_config(WORLD)
+    pose = config.camera_pose()
+    assert pose is not None
+    np.testing.assert_allclose(pose, WORLD.camera.pose(), atol=1e-5)
+    assert (config.table, config.fallen_depth) == (WORLD.table.top, WORLD.table.thickness)
+    assert tuple(o.name for o in world_catalogue(WORLD).objects) == WORLD.objects
 
 
 def test_states_and_places_at_rest_are_the_true_ones(watched: Watched) -> None:
@@ -94,19 +90,19 @@ def test_states_and_places_at_rest_are_the_true_ones(watched: Watched) -> None:
 
 
 def test_a_persons_place_and_push_are_demonstrations(watched: Watched) -> None:
-    watched.do(Actor.HUMAN, 'chicken', Action.PLACE_LEFT)
-    watched.do(Actor.HUMAN, 'pear', Action.PUSH_LEFT)
+    watched.do(Actor.HUMAN, 'chicken', PLACE_LEFT)
+    watched.do(Actor.HUMAN, 'pear', PUSH_LEFT)
     assert watched.agrees()
     assert watched.seen_while == {'hand'}
     found = [(a.object, a.x_i, a.x_f, a.manner) for a in watched.acts]
     assert found == [
-        ('chicken', State.RIGHT, State.LEFT, Manner.PLACE),
-        ('pear', State.RIGHT, State.LEFT, Manner.PUSH),
+        ('chicken', RIGHT, LEFT, Manner.PLACE),
+        ('pear', RIGHT, LEFT, Manner.PUSH),
     ]
 
 
 def test_the_robots_push_is_followed_and_is_no_demonstration(watched: Watched) -> None:
-    watched.do(Actor.ROBOT, 'chicken', Action.PUSH_LEFT)
+    watched.do(Actor.ROBOT, 'chicken', PUSH_LEFT)
     assert watched.agrees()
     assert watched.seen_while == {'arm'}
     assert watched.acts == []

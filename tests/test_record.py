@@ -129,10 +129,12 @@ def test_a_live_runs_own_recording_replays_to_its_decisions(tmp_path: Path) -> N
         # have learned the background and seen the table at rest, too.
         seen = len(tables)
         graph.until(lambda: len(tables) > seen + 60, 60, 'two seconds of rest')
-        place = ExecuteAction.Request(object='pear', action=ExecuteAction.Request.PLACE_LEFT)
+        place = ExecuteAction.Request(object='pear', action='place_left')
         graph.call(ExecuteAction, 'human/execute_action', place, 60)
         graph.until(lambda: acts, 30, 'a demonstration')
-        graph.call(ResetCell, 'cell/reset', ResetCell.Request(objects=['pear'], states=[1]), 30)
+        graph.call(
+            ResetCell, 'cell/reset', ResetCell.Request(objects=['pear'], states=['right']), 30
+        )
         graph.until(lambda: outcomes, 90, 'an outcome')
         graph.during(0.5)
         process.signal(signal.SIGINT)

@@ -18,13 +18,14 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from graph import LATCHED, Graph
+from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_msgs.msg import Decision, ObjectState, Outcome, TableState
+from likeme_core.tabletop import State
+from likeme_msgs.msg import Decision, Outcome, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 
 pytestmark = pytest.mark.graph
 SCRIPTS = Path(__file__).parents[1] / 'scripts'
-LEFT, RIGHT, OFFTABLE = ObjectState.LEFT, ObjectState.RIGHT, ObjectState.OFFTABLE
 Act, Ask = ExecuteAction.Request, AskHuman.Request
 #: s of real time in which a held motion must have been answered.
 HELD_WITHIN = 1.0
@@ -44,12 +45,12 @@ class LiveCell:
         self.decisions = graph.collect(Decision, 'decision', LATCHED)
         self.outcomes = graph.collect(Outcome, 'outcome', LATCHED)
 
-    def begin(self, who: str, name: str, action: int, **fields: Any) -> Any:
+    def begin(self, who: str, name: str, action: str, **fields: Any) -> Any:
         """Ask arm or human to act; the future of the answer."""
         request = Act(object=name, action=action, **fields)
         return self.graph.send(ExecuteAction, f'{who}/execute_action', request)
 
-    def act(self, who: str, name: str, action: int, **fields: Any) -> ExecuteAction.Response:
+    def act(self, who: str, name: str, action: str, **fields: Any) -> ExecuteAction.Response:
         """Have arm or human act; the answer."""
         return self.end(self.begin(who, name, action, **fields), 60)
 
@@ -62,9 +63,11 @@ class LiveCell:
         """Hold or resume."""
         return self.graph.call(Trigger, f'cell/{name}', Trigger.Request())
 
-    def reset(self, **places: int) -> ResetCell.Response:
+    def reset(self, **places: State) -> ResetCell.Response:
         """Set objects in states."""
-        request = ResetCell.Request(objects=list(places), states=list(places.values()), seed=5)
+        request = ResetCell.Request(
+            objects=list(places), states=[state.name for state in places.values()], seed=5
+        )
         return self.graph.call(ResetCell, 'cell/reset', request)
 
     def ask(self, **fields: Any) -> AskHuman.Response:
@@ -119,7 +122,7 @@ def cell(arm_alone: LiveCell) -> LiveCell:
 
 
 def test_the_arm_before_perception_ever_spoke(arm_alone: LiveCell) -> None:
-    answer = arm_alone.act('arm', 'pear', Act.PUSH_LEFT)
+    answer = arm_alone.act('arm', 'pear', 'push_left')
     assert (answer.success, answer.outcome) == (False, Act.OBJECT_NOT_SEEN)
     assert 'pear' in answer.message
     assert stamp_ns(answer.started) == stamp_ns(answer.finished) == 0
@@ -127,17 +130,20 @@ def test_the_arm_before_perception_ever_spoke(arm_alone: LiveCell) -> None:
 
 @pytest.mark.parametrize('who', ['arm', 'human'])
 def test_nonsense_is_refused_with_a_sentence(cell: LiveCell, who: str) -> None:
-    unknown = cell.act(who, 'banana', Act.PUSH_LEFT)
-    nobody = cell.act(who, '', Act.PUSH_LEFT)
-    sixth, last = cell.act(who, 'pear', 6), cell.act(who, 'pear', 255)
+    unknown = cell.act(who, 'banana', 'push_left')
+    nobody = cell.act(who, '', 'push_left')
+    sixth, last = cell.act(who, 'pear', '6'), cell.act(who, 'pear', '')
+    other = cell.act(who, 'pear', 'push_left', world='kitchen@0')
     past = time_msg(cell.now() - 2_000_000_000)
-    late = cell.act(who, 'pear', Act.PUSH_LEFT, expires=past)
+    late = cell.act(who, 'pear', 'push_left', expires=past)
     assert [a.outcome for a in (unknown, nobody, sixth, last, late)] == [
         Act.UNKNOWN_OBJECT, Act.UNKNOWN_OBJECT, Act.UNKNOWN_ACTION,
         Act.UNKNOWN_ACTION, Act.EXPIRED,
     ]  # fmt: skip
     assert "got 'banana'" in unknown.message
-    assert 'from 0 to 5, got 255' in last.message
+    assert "push_offtable), got ''" in last.message
+    assert (other.outcome, other.success) == (Act.OTHER_WORLD, False)
+    assert f'Expected the world {WORLD.label}, got kitchen@0.' == other.message
     assert 'expired' in late.message
     assert not any(a.success for a in (unknown, nobody, sixth, last, late))
     assert cell.joints_move(0.3) < STILL
@@ -146,11 +152,11 @@ def test_nonsense_is_refused_with_a_sentence(cell: LiveCell, who: str) -> None:
 def test_resets_that_make_no_sense(cell: LiveCell) -> None:
     call = cell.graph.call
     wrong = [
-        ResetCell.Request(objects=['banana'], states=[LEFT]),
-        ResetCell.Request(objects=['pear'], states=[3]),
-        ResetCell.Request(objects=['pear', 'lemon'], states=[LEFT]),
-        ResetCell.Request(states=[LEFT]),
-        ResetCell.Request(objects=['pear', 'pear'], states=[LEFT, RIGHT]),
+        ResetCell.Request(objects=['banana'], states=['left']),
+        ResetCell.Request(objects=['pear'], states=['up']),
+        ResetCell.Request(objects=['pear', 'lemon'], states=['left']),
+        ResetCell.Request(states=['left']),
+        ResetCell.Request(objects=['pear', 'pear'], states=['left', 'right']),
     ]
     answers = [call(ResetCell, 'cell/reset', request) for request in wrong]
     assert not any(answer.success for answer in answers)
@@ -159,10 +165,10 @@ def test_resets_that_make_no_sense(cell: LiveCell) -> None:
 
 
 def test_a_hold_in_the_middle_of_a_persons_act(cell: LiveCell) -> None:
-    motion = cell.begin('human', 'chicken', Act.PLACE_LEFT)
+    motion = cell.begin('human', 'chicken', 'place_left')
     cell.until_in_mid_motion(motion, 1.0)
-    busy, reset = cell.act('human', 'pear', Act.PUSH_LEFT), cell.reset(pear=LEFT)
-    robot = cell.begin('arm', 'pear', Act.PUSH_LEFT)
+    busy, reset = cell.act('human', 'pear', 'push_left'), cell.reset(pear=LEFT)
+    robot = cell.begin('arm', 'pear', 'push_left')
     assert busy.outcome == Act.BUSY
     assert not reset.success
     assert 'motion' in reset.message
@@ -174,17 +180,17 @@ def test_a_hold_in_the_middle_of_a_persons_act(cell: LiveCell) -> None:
     assert stamp_ns(held.finished) > stamp_ns(held.started) > 0
     # The robot had waited for the person; a hold does not let it begin.
     assert cell.end(robot, HELD_WITHIN).outcome == Act.HELD
-    assert cell.act('human', 'pear', Act.PUSH_LEFT).outcome == Act.HELD
+    assert cell.act('human', 'pear', 'push_left').outcome == Act.HELD
     assert cell.trigger('hold').success
     assert cell.trigger('resume').success
-    assert cell.act('human', 'chicken', Act.PLACE_LEFT).outcome == Act.COMPLETED
+    assert cell.act('human', 'chicken', 'place_left').outcome == Act.COMPLETED
     cell.see(chicken=LEFT)
 
 
 def test_a_hold_in_the_middle_of_the_robots_act(cell: LiveCell) -> None:
     assert cell.reset(chicken=RIGHT).success
     cell.see(chicken=RIGHT)
-    motion = cell.begin('arm', 'chicken', Act.PUSH_LEFT)
+    motion = cell.begin('arm', 'chicken', 'push_left')
     cell.until_in_mid_motion(motion, 1.0)
     assert cell.joints_move(0.2) > STILL
     assert cell.trigger('hold').success
@@ -192,20 +198,20 @@ def test_a_hold_in_the_middle_of_the_robots_act(cell: LiveCell) -> None:
     assert held.outcome == Act.HELD
     cell.joints_move(0.2)
     assert cell.joints_move(0.5) < STILL
-    refused = cell.act('arm', 'chicken', Act.PUSH_LEFT)
+    refused = cell.act('arm', 'chicken', 'push_left')
     assert refused.outcome == Act.HELD
     assert 'resume' in refused.message
     assert cell.joints_move(0.3) < STILL
     assert cell.trigger('resume').success
     cell.see(chicken=RIGHT)
-    assert cell.act('arm', 'chicken', Act.PUSH_LEFT).outcome == Act.COMPLETED
+    assert cell.act('arm', 'chicken', 'push_left').outcome == Act.COMPLETED
     assert cell.trigger('resume').message == 'Nothing was held.'
 
 
 def test_the_arm_cannot_pick_up_what_is_off_the_table(cell: LiveCell) -> None:
     assert cell.reset(lemon=OFFTABLE).success
     cell.see(lemon=OFFTABLE)
-    answers = [cell.act('arm', 'lemon', action) for action in (Act.PLACE_LEFT, Act.PUSH_LEFT)]
+    answers = [cell.act('arm', 'lemon', action) for action in ('place_left', 'push_left')]
     assert [a.outcome for a in answers] == [Act.OBJECT_OFFTABLE] * 2
     assert cell.joints_move(0.3) < STILL
 
@@ -236,10 +242,10 @@ def be_asked(cell: LiveCell) -> int:
     assert cell.reset(pear=RIGHT).success
     cell.see(pear=RIGHT)
     cell.decisions.clear()
-    assert cell.act('human', 'pear', Act.PLACE_LEFT).success
+    assert cell.act('human', 'pear', 'place_left').success
     kinds = cell.decisions
     cell.graph.until(lambda: kinds and kinds[-1].kind == Decision.AT_GOAL, 20, 'AT_GOAL')
-    assert cell.act('human', 'pear', Act.PLACE_RIGHT).success
+    assert cell.act('human', 'pear', 'place_right').success
     cell.graph.until(lambda: kinds[-1].kind == Decision.ASK_HUMAN, 20, 'a question')
     return int(kinds[-1].id)
 

@@ -14,8 +14,9 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
 from graph import LATCHED, Graph
+from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import stamp_ns
-from likeme_msgs.msg import Decision, ObjectState, Outcome, TableState
+from likeme_msgs.msg import Decision, Outcome, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
 pytestmark = pytest.mark.graph
@@ -107,7 +108,7 @@ def test_a_simulated_arm_acts_on_what_a_real_camera_sees(tmp_path: Path) -> None
         # Stamps are of the system clock.
         assert abs(stamp_ns(tables[-1].header.stamp) - time.time_ns()) < 30e9
 
-        request = ExecuteAction.Request(object='chicken', action=ExecuteAction.Request.PUSH_LEFT)
+        request = ExecuteAction.Request(object='chicken', action='push_left')
         before = time.time_ns()
         answer = graph.call(ExecuteAction, 'arm/execute_action', request, MOTION)
         assert answer.success, answer.message
@@ -128,7 +129,7 @@ class StandInArm:
     """A node that serves arm/execute_action and answers at once."""
 
     def __init__(self, graph: Graph) -> None:
-        self.requests: list[tuple[str, int]] = []
+        self.requests: list[tuple[str, str]] = []
         node = graph.background_node('real_arm')
         node.create_service(ExecuteAction, 'arm/execute_action', self._execute)
 
@@ -153,20 +154,20 @@ def test_a_real_arm_acts_on_what_the_simulated_camera_sees(tmp_path: Path) -> No
         graph.until(lambda: tables and tables[-1].settled, START, 'a table at rest')
         assert graph.node.count_services('arm/execute_action') == 1
 
-        reset = ResetCell.Request(objects=['chicken'], states=[ObjectState.RIGHT], seed=5)
+        reset = ResetCell.Request(objects=['chicken'], states=['right'], seed=5)
         assert graph.call(ResetCell, 'cell/reset', reset, START).success
         tables.clear()
         graph.until(lambda: tables and tables[-1].settled, START, 'a table at rest')
         for action, kind in (
-            (ExecuteAction.Request.PLACE_LEFT, Decision.AT_GOAL),
-            (ExecuteAction.Request.PLACE_RIGHT, Decision.EXECUTE),
+            ('place_left', Decision.AT_GOAL),
+            ('place_right', Decision.EXECUTE),
         ):
             request = ExecuteAction.Request(object='chicken', action=action)
             assert graph.call(ExecuteAction, 'human/execute_action', request, MOTION).success
             graph.until(lambda k=kind: decisions and decisions[-1].kind == k, START, 'a decision')
         graph.until(lambda: outcomes, START, 'an outcome')
         # The stand-in moved nothing, and the camera says so.
-        assert arm.requests == [('chicken', decisions[-1].action)]
+        assert arm.requests == [('chicken', WORLD.actions[decisions[-1].action].name)]
         assert outcomes[-1].result == Outcome.MISSED
 
 

@@ -18,8 +18,6 @@ MANIFESTS = sorted(SOURCES.glob('*/package.xml'))
 SCRIPTS = sorted(path for path in (ROOT / 'scripts').glob('*.sh') if path.name != 'env.sh')
 #: Enums of likeme_core and the interface whose constants they are.
 ENUMS = (
-    ('likeme_core.tabletop', 'State', 'msg/ObjectState.msg'),
-    ('likeme_core.tabletop', 'Action', 'srv/ExecuteAction.srv'),
     ('likeme_core.tabletop', 'Manner', 'msg/Demonstration.msg'),
     ('likeme_core.outcomes', 'MotionOutcome', 'srv/ExecuteAction.srv'),
     ('likeme_core.outcomes', 'ResetOutcome', 'srv/ResetCell.srv'),
@@ -45,13 +43,9 @@ def test_an_enum_has_the_numbers_of_the_interface(module: str, name: str, interf
 @pytest.mark.parametrize(('module', 'name', 'interface'), ENUMS)
 def test_an_enum_is_complete(module: str, name: str, interface: str) -> None:
     enum = getattr(importlib.import_module(module), name)
-    states = 'LEFT|RIGHT|OFFTABLE'
     words = {
-        'State': states,
-        'Action': f'(PLACE|PUSH)_({states})',
-        'Manner': 'PLACE|PUSH',
-        # Every constant of ExecuteAction that is no action.
-        'MotionOutcome': f'(?!(PLACE|PUSH)_({states})$).*',
+        'Manner': '.*',
+        'MotionOutcome': '.*',
         'ResetOutcome': '.*',
         'Actor': 'ROBOT|HUMAN|NOBODY',
     }[name]

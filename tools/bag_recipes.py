@@ -5,7 +5,16 @@ from __future__ import annotations
 from enum import Enum, auto
 from typing import NamedTuple
 
-from likeme_arm_sim.scene import OBJECTS
+from likeme_core.paper_world import (
+    LEFT,
+    OFFTABLE,
+    PLACE_LEFT,
+    PLACE_RIGHT,
+    PUSH_OFFTABLE,
+    PUSH_RIGHT,
+    RIGHT,
+    WORLD,
+)
 from likeme_core.tabletop import Action, State
 
 
@@ -71,10 +80,10 @@ class Recipe(NamedTuple):
 
 #: The state changes of the paper that are interesting: the object moves, and not from OFFTABLE.
 CHANGES = (
-    (State.LEFT, State.RIGHT),
-    (State.LEFT, State.OFFTABLE),
-    (State.RIGHT, State.LEFT),
-    (State.RIGHT, State.OFFTABLE),
+    (LEFT, RIGHT),
+    (LEFT, OFFTABLE),
+    (RIGHT, LEFT),
+    (RIGHT, OFFTABLE),
 )
 #: Scenes 102 and 118 are not shipped: in the one a short carry past the table's edge, seen in few
 #: frames, reads as a push; in the other the robot's turn comes after the end.
@@ -93,10 +102,10 @@ def _told(name: str, x_i: State, x_f: State, push: bool) -> str:
 def demonstrations() -> list[Recipe]:
     """All 3 objects x 4 changes x {place, push}."""
     recipes: list[Recipe] = []
-    for name in OBJECTS:
+    for name in WORLD.objects:
         for x_i, x_f in CHANGES:
             for push in (False, True):
-                action = Action(int(x_f) + 3 * push)
+                action = WORLD.action(int(x_f) + 3 * push)
                 title = f'{name}_{x_i.name}_{x_f.name}_{"push" if push else "place"}'.lower()
                 deeds = Wait(LEARNING), Show(name, action), Wait(SEEN), Set(name, x_i), Wait(TURN)
                 states = _others(name, x_i)
@@ -107,13 +116,13 @@ def demonstrations() -> list[Recipe]:
 
 def _others(name: str, x_i: State) -> dict[str, State]:
     """The toy in its state, of the others one on either side."""
-    others = [other for other in OBJECTS if other != name]
-    return {name: x_i, others[0]: State.LEFT, others[1]: State.RIGHT}
+    others = [other for other in WORLD.objects if other != name]
+    return {name: x_i, others[0]: LEFT, others[1]: RIGHT}
 
 
 def awkward() -> list[Recipe]:
     """What people also do."""
-    L, R = State.LEFT, State.RIGHT  # noqa: N806
+    L, R = LEFT, RIGHT  # noqa: N806
     states = {'pear': R, 'lemon': L, 'chicken': R}
     start, end = Wait(LEARNING), Wait(1.6)
     broken = {
@@ -128,27 +137,27 @@ def awkward() -> list[Recipe]:
             200 + number,
             states,
             # What was dropped may roll for a while.
-            (start, Show('pear', Action.PLACE_LEFT, mishap), end, end),
+            (start, Show('pear', PLACE_LEFT, mishap), end, end),
             shows,
         )
         for number, (name, (mishap, shows)) in enumerate(broken.items())
     ]
-    back = Show('chicken', Action.PLACE_LEFT), Wait(SEEN), Show('chicken', Action.PLACE_RIGHT)
+    back = Show('chicken', PLACE_LEFT), Wait(SEEN), Show('chicken', PLACE_RIGHT)
     recipes += [
         Recipe('put_back', 210, states, (start, *back, end),
                'the chicken is placed from RIGHT to LEFT, and put back by the same hand'),
         Recipe('two_objects', 211, states,
-               (start, Show('chicken', Action.PLACE_LEFT), Show('lemon', Action.PUSH_RIGHT), end),
+               (start, Show('chicken', PLACE_LEFT), Show('lemon', PUSH_RIGHT), end),
                'the chicken is placed LEFT and right after it the lemon pushed RIGHT'),
         Recipe('pushed_off', 212, {'pear': R, 'lemon': R, 'chicken': L},
-               (start, Show('pear', Action.PUSH_OFFTABLE), end, end),
+               (start, Show('pear', PUSH_OFFTABLE), end, end),
                'the pear is pushed off the table and lies on the floor'),
         Recipe('story_acts', 220, states,
-               (start, Show('chicken', Action.PLACE_LEFT), Wait(SEEN), Set('chicken', R),
+               (start, Show('chicken', PLACE_LEFT), Wait(SEEN), Set('chicken', R),
                 Wait(TURN), Robot(), end),
                'the chicken is placed LEFT and put back; the robot pushes it LEFT'),
         Recipe('story_asks', 221, states,
-               (start, Show('pear', Action.PLACE_LEFT), Wait(SEEN), Set('pear', R), Wait(TURN),
+               (start, Show('pear', PLACE_LEFT), Wait(SEEN), Set('pear', R), Wait(TURN),
                 Help(), end),
                'the pear is placed LEFT and put back; the robot asks, a person does it by hand'),
     ]  # fmt: skip

@@ -15,10 +15,9 @@ from bag_recipes import Deed, Help, Mishap, Recipe, Robot, Set, Show, Wait
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.kinect_noise import KinectNoise
-from likeme_arm_sim.scene import Scene
 from likeme_bags.values import Record
 from likeme_core.outcomes import Actor
-from likeme_core.tabletop import Action, Manner
+from likeme_core.paper_world import WORLD
 from likeme_experiments.learning.cell_perception import object_view
 from likeme_inference.session_inputs import InputKind, SessionInput
 from likeme_inference.tabletop.values import Reply
@@ -47,7 +46,7 @@ class SuiteScene:
         pace = CellSettings(
             arm_speed=1.5, human_speed=1.3, noise=NOISE, initial_states=recipe.states
         )
-        self.cell = Cell(Scene(), recipe.seed, pace)
+        self.cell = Cell(WORLD, recipe.seed, pace)
         self.entries: list[LogEntry] = []
         self._recipe, self._write = recipe, write
         self._graph, self._scheduler = InProcessGraph(), InputScheduler(recorded=False)
@@ -88,7 +87,7 @@ class SuiteScene:
             self.cell.clear_table(self._tick)
 
     def _breaks_off(self, deed: Show) -> bool:
-        x, y, z = self.cell.world.toy_pose(deed.object).position
+        x, y, z = self.cell.physics_world.toy_pose(deed.object).position
         hand = self.cell.hand.position
         over = abs(hand[0] - x) < 0.03 and abs(hand[1] - y) < 0.03
         breaks = {
@@ -115,16 +114,15 @@ class SuiteScene:
     def _help(self, deed: Help) -> None:
         decision = self._graph.session.decision
         assert decision is not None, 'The robot did not ask.'
-        place = Action.of(Manner.PLACE, decision.goal)
-        self._show(Show(decision.object, place))
+        self._show(Show(decision.object, WORLD.action_to(decision.goal)))
         self.cell.step(1.0, self._tick)
         self._report(InputKind.ANSWER, answer=int(Reply.DONE_BY_HAND), message=deed.name)
 
     def _tick(self) -> None:
-        if self.cell.world.steps % STEPS_PER_FRAME:
+        if self.cell.physics_world.steps % STEPS_PER_FRAME:
             return
         images, stamp = self.cell.frame(), self.now
-        records = camera_messages.frame_records(stamp, images.rgb, images.depth_mm, Scene().camera)
+        records = camera_messages.frame_records(stamp, images.rgb, images.depth_mm, WORLD.camera)
         info, colour, depth = records
         for record in records:
             self._write(record)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_arm_sim.scene import CAMERA_FRAME, CameraMount
 from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.values import Record
+from likeme_core.camera_mount import CAMERA_FRAME, CameraMount
 from likeme_inference.session_inputs import SessionInput
 from likeme_replay.message_definitions import definitions
 from likeme_replay.recorded_inputs import CAMERA_TOPICS

@@ -27,7 +27,8 @@ from bag_recipes import recipes as all_recipes
 from bag_scene import SuiteScene
 from likeme_bags.durable import DurableMcap, DurableWriter
 from likeme_bags.values import Record
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.paper_world import WORLD
+from likeme_core.tabletop import Manner
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_replay.decision_log import LogEvent
 from likeme_replay.message_definitions import definitions
@@ -129,7 +130,7 @@ def row(recipe: Recipe, log: str) -> str:
     events = [json.loads(line) for line in log.splitlines()]
     shown = _joined(_act(e) for e in events if e['event'] == LogEvent.DEMONSTRATION)
     goals = _joined(
-        f'{e["object"]} {State(e["goal"]).name} {e["posterior"][e["goal"]]:.2f}'
+        f'{e["object"]} {WORLD.state(e["goal"]).name} {e["posterior"][e["goal"]]:.2f}'
         for e in events
         if e['event'] == LogEvent.BELIEF
     )
@@ -138,17 +139,17 @@ def row(recipe: Recipe, log: str) -> str:
 
 
 def _act(event: dict[str, Any]) -> str:
-    x_i, x_f = State(event['x_i']).name, State(event['x_f']).name
+    x_i, x_f = WORLD.state(event['x_i']).name, WORLD.state(event['x_f']).name
     return f'{event["object"]} {x_i} to {x_f} by {Manner(event["manner"]).name}'
 
 
 def _end(event: dict[str, Any]) -> str:
     if event['event'] == LogEvent.OUTCOME:
-        return f'{event["object"]} {State(event["x_f"]).name}'
+        return f'{event["object"]} {WORLD.state(event["x_f"]).name}'
     kind = Kind(event['kind'])
     if kind in (Kind.AT_GOAL, Kind.NO_ACTION):
         return kind.name
-    return f'{kind.name} {Action(event["action"]).name} {event["predicted_success"]:.2f}'
+    return f'{kind.name} {WORLD.action(event["action"]).name} {event["predicted_success"]:.2f}'
 
 
 def _joined(parts: Iterable[str]) -> str:

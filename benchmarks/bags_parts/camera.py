@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import camera_messages
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.scene import Scene
 from likeme_bags.values import Record
+from likeme_core.paper_world import WORLD
 
 HZ = 30.0
 #: Frames that differ; more would only take longer to draw.
@@ -14,11 +14,11 @@ FRAMES = 30
 
 def noisy_frames() -> list[tuple[Record, ...]]:
     """camera_info, colour and depth of the cell, with fresh noise in each, as a Kinect's."""
-    cell = Cell(Scene(), 1)
+    cell = Cell(WORLD, 1)
     made: list[tuple[Record, ...]] = []
     for _ in range(FRAMES):
         cell.step(1 / HZ)
-        images, camera = cell.frame(), Scene().camera
+        images, camera = cell.frame(), WORLD.camera
         made.append(camera_messages.frame_records(0, images.rgb, images.depth_mm, camera))
     return made
 

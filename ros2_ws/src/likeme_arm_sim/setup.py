@@ -17,6 +17,7 @@ setup(
         'opencv-python-headless',
         'pybullet',
         'scipy',
+        'trimesh',
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',

@@ -38,6 +38,7 @@ setup(
             'param = likeme_bringup.ros.param_command:param',
             'show = likeme_bringup.ros.cell_commands:show',
             'start_cell = likeme_bringup.start_cell:main',
+            'world = likeme_bringup.world_commands:main',
         ],
     },
 )

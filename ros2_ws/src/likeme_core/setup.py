@@ -6,15 +6,17 @@ setup(
     name=package,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={'': ['py.typed']},
+    package_data={'': ['py.typed', 'worlds/**/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
     ],
     install_requires=[
         'setuptools',
+        'jsonschema',
         'numpy',
         'pyyaml',
+        'shapely',
         'typer',
     ],
     zip_safe=False,

@@ -6,7 +6,7 @@ setup(
     name=package,
     version='0.1.0',
     packages=find_packages(exclude=['test']),
-    package_data={'': ['data/*.yaml', 'py.typed']},
+    package_data={'': ['py.typed']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),

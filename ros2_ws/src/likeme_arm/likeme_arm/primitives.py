@@ -1,4 +1,4 @@
-"""Place and push, as described in the paper's section "Robot Action".
+"""Lift and push, as described in the paper's section "Robot Action".
 
 Both use a `Motion` that is passed in, so that they can be tested with a fake and serve any arm.
 They know objects only as perception reports them.
@@ -14,7 +14,9 @@ from likeme_arm.motion import Motion, ObjectView, PrimitiveResult, ViewOf
 from likeme_arm.tool_pose import NoSolutionError, ToolPose, wrap_half_turn
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.table import Table
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.tabletop import Action, State
+from likeme_core.world import World
+from likeme_core.world.values import Heading, PushTarget
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,14 +28,10 @@ class PrimitiveSettings:
         grasp_height, release_height: of the grasp point when the fingers close and open.
         carry_height: over the table.
         drop_height: above the table's height, past its edge.
-        drop_x, beyond_edge: where OFFTABLE is: x along the right edge, and how far past it.
-        place_share: where LEFT and RIGHT are, from the blue line (0) to the area's border (1).
         push_height: of the grasp point while pushing.
         push_gap: between the fingers while pushing.
         push_start: behind the perceived centroid.
         push_past: how much further, once the object is seen in the target state.
-        push_off_heading: direction of a push OFFTABLE, rad from +x: over the far edge (0) or
-            towards the right-hand corner (negative).
         back_off: away from the pushed object before lifting.
         fast: speed through free space.
         gentle: speed near objects.
@@ -45,14 +43,10 @@ class PrimitiveSettings:
     release_height: float
     carry_height: float = 0.14
     drop_height: float = 0.05
-    drop_x: float = 0.34
-    beyond_edge: float = 0.06
-    place_share: float
     push_height: float = 0.016
     push_gap: float
     push_start: float = 0.085
     push_past: float
-    push_off_heading: float
     back_off: float = 0.03
     fast: float = 0.45
     gentle: float = 0.14
@@ -61,6 +55,8 @@ class PrimitiveSettings:
 
 # Height of an empty gripper's grasp point above which it touches nothing on the table, m.
 FREE_HEIGHT = 0.09
+# Least length of a push in contact, m.
+LEAST_PUSH = 0.05
 # A centroid further than this outside the table top is not that of an object on it, m.
 TABLE_MARGIN = 0.05
 NOTHING_GRASPED = 'the fingers closed on nothing'
@@ -68,9 +64,14 @@ DROPPED = 'the object slipped from the fingers while it was lifted'
 
 
 def place(
-    motion: Motion, table: Table, name: str, view: ObjectView, target: State, s: PrimitiveSettings
+    motion: Motion,
+    world: World,
+    name: str,
+    view: ObjectView,
+    action: Action,
+    s: PrimitiveSettings,
 ) -> PrimitiveResult:
-    """Grasp across the minor axis above the perceived centroid, and carry to `target`."""
+    """Grasp across the minor axis above the perceived centroid, carry to the target, release."""
     above = ToolPose(view.x, view.y, s.clear_height, wrap_half_turn(view.yaw))
     motion.open_gripper()
     motion.reach(above)
@@ -86,42 +87,40 @@ def place(
         motion.move_home()
         reason = DROPPED if grasped else NOTHING_GRASPED
         return PrimitiveResult(MotionOutcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
-    return _carry(motion, table, name, above, target, s)
+    return _carry(motion, world, name, above, action, s)
 
 
 def _carry(
-    motion: Motion, table: Table, name: str, above: ToolPose, target: State, s: PrimitiveSettings
+    motion: Motion, world: World, name: str, above: ToolPose, action: Action, s: PrimitiveSettings
 ) -> PrimitiveResult:
-    spot = drop_spot(table, above, target, s)
-    motion.move_to(spot.lifted_to(s.carry_height), s.fast)
+    target = action.target.name
+    spot = release_pose(world, above, action, s)
+    motion.move_to(spot.lifted_to(max(s.carry_height, spot.z)), s.fast)
     if not motion.holding():
         motion.open_gripper()
         motion.move_home()
         return PrimitiveResult(
-            MotionOutcome.NOT_GRASPED, f'The {name} was lost on the way to {target.name}.'
+            MotionOutcome.NOT_GRASPED, f'The {name} was lost on the way to {target}.'
         )
     motion.move_to(spot, s.gentle * 1.8)
     motion.open_gripper()
-    motion.move_to(spot.lifted_to(s.clear_height), s.fast)
+    motion.move_to(spot.lifted_to(max(s.clear_height, spot.z)), s.fast)
     motion.move_home()
-    return PrimitiveResult(MotionOutcome.COMPLETED, f'The {name} was set down at {target.name}.')
+    how = 'let fall' if action.manner.handling.fall else 'set down'
+    return PrimitiveResult(MotionOutcome.COMPLETED, f'The {name} was {how} at {target}.')
 
 
-def drop_spot(table: Table, held: ToolPose, target: State, s: PrimitiveSettings) -> ToolPose:
-    """Where a held object is released: a fixed point of the area; OFFTABLE past the right edge."""
-    area, top = table.work_area, table.top
-    if target is State.OFFTABLE:
-        return held._replace(x=s.drop_x, y=top.y_min - s.beyond_edge, z=s.drop_height)
-    border = area.y_max if target is State.LEFT else area.y_min
-    line = table.blue_line_y
-    y = line + (border - line) * s.place_share
-    return held._replace(x=area.centre[0], y=y, z=s.release_height)
+def release_pose(world: World, held: ToolPose, action: Action, s: PrimitiveSettings) -> ToolPose:
+    """Where a held object is released: the region's place, on the table or past its edge."""
+    x, y = world.region(action.target).place
+    low = s.release_height if world.table.top.contains(x, y) else s.drop_height
+    return held._replace(x=x, y=y, z=action.manner.handling.fall or low)
 
 
 def push(
     motion: Motion,
     look: ViewOf,
-    table: Table,
+    world: World,
     name: str,
     view: ObjectView,
     target: State,
@@ -132,18 +131,18 @@ def push(
     Raises:
         NoSolutionError: inverse kinematics found no solution before that.
     """
-    start, end = push_line(table, view, target, s)
+    start, end = push_line(world, view, target, s)
     motion.open_gripper(s.push_gap)
     motion.reach(start.lifted_to(s.clear_height))
     # Keep the yaw that `reach` chose: turned by pi, the same broad side pushes.
     yaw = motion.tool.yaw
     start, end = start._replace(yaw=yaw), end._replace(yaw=yaw)
     motion.move_to(start, s.gentle * 2, free=s.clear_height - FREE_HEIGHT)
-    already = view.state is target
+    already = view.state == target
 
     def arrived() -> bool:
         seen = None if already else look(name)
-        return seen is not None and seen.state is target
+        return seen is not None and seen.state == target
 
     stopped = motion.move_to(end, s.push_speed, until=arrived)
     if stopped:
@@ -163,28 +162,48 @@ def push(
 
 
 def push_line(
-    table: Table, view: ObjectView, target: State, s: PrimitiveSettings
+    world: World, view: ObjectView, target: State, s: PrimitiveSettings
 ) -> tuple[ToolPose, ToolPose]:
     """Start and end of the gripper's line, its broad side across the direction of the push.
 
-    The end is where the object would lie in the middle of the target area (just over the far edge
-    for OFFTABLE). The gripper may occlude the object, so seeing it in the target state cannot be
-    the only end of a push.
+    The end is where the object would lie at the region's aim; for elsewhere, where the line
+    leaves the work area. The gripper may occlude the object, so seeing it in the target state
+    cannot be the only end of a push.
     """
-    area = table.work_area
-    if target is State.OFFTABLE:
-        along = np.array([np.cos(s.push_off_heading), np.sin(s.push_off_heading)])
-        x, y = map(float, np.array([view.x, view.y]) - s.push_start * along)
-        start = ToolPose(x, y, s.push_height, s.push_off_heading)
-        far = max((area.x_max - x) / along[0], 0.0)
-        side = max((area.y_min - y) / along[1], 0.0) if along[1] < 0.0 else np.inf
-        x, y = map(float, start.position[:2] + min(far, side) * along)
-        return start, start._replace(x=x, y=y)
-    sign, border = (1.0, area.y_max) if target is State.LEFT else (-1.0, area.y_min)
-    start = ToolPose(view.x, view.y - sign * s.push_start, s.push_height, np.pi / 2)
-    middle = table.blue_line_y + (border - table.blue_line_y) * 0.45 - sign * s.push_start / 2
-    y = max(middle, start.y + 0.05) if sign > 0 else min(middle, start.y - 0.05)
-    return start, start._replace(y=y)
+    region = world.region(target)
+    heading = push_heading(region.push, view)
+    along = np.array([heading.x, heading.y])
+    x, y = map(float, np.array([view.x, view.y]) - s.push_start * along)
+    start = ToolPose(x, y, s.push_height, wrap_half_turn(heading.yaw))
+    if region.area is None:
+        area = world.regions.work_area
+        length = min(
+            _distance(x, heading.x, area.x_min, area.x_max),
+            _distance(y, heading.y, area.y_min, area.y_max),
+        )
+        x, y = map(float, start.position[:2] + length * along)
+    else:
+        begin = float(along @ start.position[:2])
+        middle = float(along @ region.push.aim) - s.push_start / 2
+        beside = start.position[:2] - begin * along
+        x, y = map(float, beside + max(middle, begin + LEAST_PUSH) * along)
+    return start, start._replace(x=x, y=y)
+
+
+def push_heading(push: PushTarget, view: ObjectView) -> Heading:
+    """The heading nearest to the way from an object to the aim; without any, that way."""
+    x, y = push.aim[0] - view.x, push.aim[1] - view.y
+    if push.headings:
+        return max(push.headings, key=lambda heading: heading.x * x + heading.y * y)
+    length = max(float(np.hypot(x, y)), 1e-9)
+    return Heading(x / length, y / length, float(np.arctan2(y, x)))
+
+
+def _distance(start: float, step: float, low: float, high: float) -> float:
+    """How far one may go from `start` with `step` a metre until a border is reached, m."""
+    if step == 0.0:
+        return float('inf')
+    return max(((high if step > 0 else low) - start) / step, 0.0)
 
 
 def _advanced(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
@@ -196,35 +215,36 @@ def _advanced(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
 
 
 def execute_action(
-    motion: Motion, look: ViewOf, table: Table, name: str, action: Action, s: PrimitiveSettings
+    motion: Motion, look: ViewOf, world: World, name: str, action: Action, s: PrimitiveSettings
 ) -> PrimitiveResult:
-    """Execute one of the six actions on an object where it is perceived now."""
+    """Execute an action on an object where it is perceived now."""
     view = look(name)
-    refused = check_target(table, name, view)
+    refused = check_target(world, name, view)
     if refused is not None:
         return refused
     assert view is not None, 'An object that was never seen is refused.'
+    grasped = action.manner.handling.grasped
     try:
-        if action.manner is Manner.PUSH:
-            return push(motion, look, table, name, view, action.target, s)
-        return place(motion, table, name, view, action.target, s)
+        if grasped:
+            return place(motion, world, name, view, action, s)
+        return push(motion, look, world, name, view, action.target, s)
     except NoSolutionError as error:
-        retreat(motion, table, s)
-        verb = 'push' if action.manner is Manner.PUSH else 'place'
+        retreat(motion, world.table, s)
+        verb = action.manner.name.lower()
         reason = f'The arm does not reach far enough to {verb} the {name}. {error}'
         return PrimitiveResult(MotionOutcome.NO_IK_SOLUTION, reason)
 
 
-def check_target(table: Table, name: str, view: ObjectView | None) -> PrimitiveResult | None:
+def check_target(world: World, name: str, view: ObjectView | None) -> PrimitiveResult | None:
     """A refusal if the object cannot be acted on where it is perceived, else None."""
     if view is None:
         return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} has not been seen.')
-    if view.state is State.OFFTABLE:
-        reason = f'The {name} is OFFTABLE, where the robot cannot pick it up.'
+    if view.state in world.out_of_reach:
+        reason = f'The {name} is {view.state}, where the robot cannot pick it up.'
         return PrimitiveResult(MotionOutcome.OBJECT_OFFTABLE, reason)
     if view.state is None:
         return PrimitiveResult(MotionOutcome.OBJECT_NOT_SEEN, f'The {name} is occluded.')
-    top = table.top
+    top = world.table.top
     # NaN fails every comparison, so it is refused, too.
     inside_x = top.x_min - TABLE_MARGIN <= view.x <= top.x_max + TABLE_MARGIN
     inside_y = top.y_min - TABLE_MARGIN <= view.y <= top.y_max + TABLE_MARGIN

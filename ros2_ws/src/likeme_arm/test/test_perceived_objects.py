@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from likeme_arm.motion import ObjectView
 from likeme_arm.perceived_objects import PerceivedObjects
-from likeme_core.tabletop import State
+from likeme_core.paper_world import LEFT
 
 SECOND = 1_000_000_000
-PEAR = ObjectView(0.4, 0.1, 0.0, State.LEFT)
+PEAR = ObjectView(0.4, 0.1, 0.0, LEFT)
 
 
 def test_a_table_state_is_used_up_to_its_timeout() -> None:

@@ -25,13 +25,13 @@ from likeme_arm_sim.ros.camera_publisher import CameraPublisher
 from likeme_arm_sim.ros.cell_services import HoldServices, ResetService
 from likeme_arm_sim.ros.motion_service import SERVICES, MotionService
 from likeme_arm_sim.ros.other_servers import other_servers
-from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
 from likeme_arm_sim.simulation_driver import SimulationDriver
 from likeme_core.outcomes import Actor
 from likeme_core.ros import parameters
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.ros.world import WorldPublisher, declare_world
 
 STEPS_PER_CLOCK = 4
 #: s between log lines about failed simulation steps.
@@ -61,6 +61,7 @@ class ArmDriverNode(Node):
 
     def __init__(self) -> None:
         super().__init__('arm_driver')
+        self._world = declare_world(self)
         parameters.declare(self, SETTINGS)
         values = parameters.values(self, SETTINGS)
         parts, settings = simulated_parts(values['simulate']), simulation_settings(values)
@@ -69,10 +70,11 @@ class ArmDriverNode(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
 
         seed, arm_visible = values['seed'], SimulatedPart.ARM in parts
-        self._cell = Cell(Scene(), seed, cell_settings(values), arm_visible)
+        self._cell = Cell(self._world, seed, cell_settings(values, self._world), arm_visible)
         self._driver = SimulationDriver(self._cell, settings, self._on_step, self._on_error)
         self._driver.real_time_factor = values['real_time_factor']
         self._create_interfaces(parts, values['publish_clock'])
+        self._world_pub = WorldPublisher(self, self._world)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(1.0, self._diagnose, clock=steady_clock())
         self._driver.start()
@@ -99,7 +101,7 @@ class ArmDriverNode(Node):
             self.create_publisher(Clock, '/clock', 10) if publishes_clock else None
         )
         self._camera = CameraPublisher(self, self._cell) if camera else None
-        self._arm = ArmTopics(self, self._cell.arm, self._driver.perceived) if arm else None
+        self._arm = ArmTopics(self, self._cell, self._driver.perceived) if arm else None
         self._motions = [MotionService(self, self._driver, actor) for actor in actors]
         # Each is served with the part that it is about, so that a real one can serve it instead.
         self._hold = HoldServices(self, self._driver) if arm else None
@@ -121,7 +123,10 @@ class ArmDriverNode(Node):
 
     def _on_step(self) -> None:
         """After every physics step, in the simulation's thread."""
-        if self._clock_publisher is not None and self._cell.world.steps % STEPS_PER_CLOCK == 0:
+        if (
+            self._clock_publisher is not None
+            and self._cell.physics_world.steps % STEPS_PER_CLOCK == 0
+        ):
             self._clock_publisher.publish(Clock(clock=time_msg(self._driver.now)))
         if self._driver.frame_due:
             stamp = time_msg(self._driver.now)

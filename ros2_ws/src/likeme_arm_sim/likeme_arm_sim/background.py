@@ -1,4 +1,4 @@
-"""The static bodies in view: floor, table with its blue line, and the robot's pedestal."""
+"""The static bodies in view: floor, table with its painted lines, and the robot's pedestal."""
 
 from __future__ import annotations
 
@@ -7,17 +7,14 @@ from numpy.typing import NDArray
 
 from likeme_arm_sim.meshes import Floats, box
 from likeme_arm_sim.renderer import LIGHT, PaintedPlane, RenderBody
-from likeme_arm_sim.scene import Scene
-from likeme_core.table import Table
+from likeme_core.table import PaintedLine, Table
 
-BLUE = (38, 92, 190)
 BEECH = np.array([226.0, 198.0, 160.0])
 FLOOR = np.array([130.0, 134.0, 138.0])
 
 
-def cell_background(scene: Scene) -> tuple[RenderBody | PaintedPlane, ...]:
+def cell_background(table: Table) -> tuple[RenderBody | PaintedPlane, ...]:
     """The static part of the cell, in base_link."""
-    table = scene.table
     top = table.top
     x, y = top.centre
     size = (top.x_max - top.x_min, top.y_max - top.y_min, table.thickness)
@@ -38,7 +35,7 @@ def cell_background(scene: Scene) -> tuple[RenderBody | PaintedPlane, ...]:
 
 
 def _table_paint(points: Floats, table: Table) -> NDArray[np.uint8]:
-    """Beech boards along y, a dark edge, and the blue line between LEFT and RIGHT."""
+    """Beech boards along y, a dark edge, and the painted lines."""
     x, y, z = points.T
     board = np.floor((x - table.top.x_min) / 0.11)
     tone = 7.0 * np.sin(12.9898 * board + 4.0)
@@ -48,10 +45,20 @@ def _table_paint(points: Floats, table: Table) -> NDArray[np.uint8]:
     colour = BEECH + (tone + 3.0 * rings + 7.0 * pores)[:, None] * np.array([1.0, 0.95, 0.8])
     seam = np.abs((x - table.top.x_min) / 0.11 - np.round((x - table.top.x_min) / 0.11)) < 0.008
     colour[seam] *= 0.86
-    line = (np.abs(y - table.blue_line_y) < table.blue_line_width / 2) & (z > -1e-4)
-    colour[line] = BLUE
+    for line in table.lines:
+        colour[_on_line(points, line) & (z > -1e-4)] = line.colour
     colour[z < -1e-4] = BEECH * 0.72
     return np.asarray(np.clip(colour, 0, 255), np.uint8)
+
+
+def _on_line(points: Floats, line: PaintedLine) -> NDArray[np.bool_]:
+    """Whether points lie on a painted line."""
+    start, end = np.array(line.start), np.array(line.end)
+    length = float(np.linalg.norm(end - start))
+    (along_x, along_y), away = (end - start) / length, points[:, :2] - start
+    beside = np.abs(away[:, 1] * along_x - away[:, 0] * along_y)
+    along = away[:, 0] * along_x + away[:, 1] * along_y
+    return np.asarray((beside < line.width / 2) & (along > -1e-6) & (along < length + 1e-6))
 
 
 def _floor_paint(points: Floats, table: Table) -> NDArray[np.uint8]:

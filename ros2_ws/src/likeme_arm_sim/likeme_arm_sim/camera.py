@@ -12,8 +12,8 @@ from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.physics_world import PhysicsWorld
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody
-from likeme_arm_sim.scene import Scene
-from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.toys import toys_of
+from likeme_core.world import World
 
 
 class CellCamera:
@@ -21,18 +21,18 @@ class CellCamera:
 
     def __init__(
         self,
-        scene: Scene,
-        world: PhysicsWorld,
+        world: World,
+        physics_world: PhysicsWorld,
         arm: Arm | None,
         hand: HumanHand,
         noise: KinectNoise | None,
         seed: int,
     ) -> None:
-        self._world, self._arm, self._hand = world, arm, hand
-        self._toys = {name: TOYS[name].parts for name in scene.objects}
+        self._physics_world, self._arm, self._hand = physics_world, arm, hand
+        self._toys = {name: toy.parts for name, toy in toys_of(world).items()}
         self._links = panda_links()
-        self._renderer = MeshRenderer(scene.camera, cell_background(scene))
-        self._kinect = Kinect(scene.camera, noise, seed)
+        self._renderer = MeshRenderer(world.camera, cell_background(world.table))
+        self._kinect = Kinect(world.camera, noise, seed)
 
     def restart(self, seed: int) -> None:
         """Reseed the sensor noise."""
@@ -47,7 +47,7 @@ class CellCamera:
         return self._toy_bodies() + self._arm_bodies() + self._hand_bodies()
 
     def _toy_bodies(self) -> list[RenderBody]:
-        poses = {name: self._world.toy_pose(name).matrix() for name in self._toys}
+        poses = {name: self._physics_world.toy_pose(name).matrix() for name in self._toys}
         named = ((name, part) for name, parts in self._toys.items() for part in parts)
         return [RenderBody(part, poses[name]) for name, part in named]
 

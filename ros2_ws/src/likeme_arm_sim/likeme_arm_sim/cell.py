@@ -22,11 +22,11 @@ from likeme_arm_sim.layout import Placement, checked_states, draw_layout
 from likeme_arm_sim.motion_control import MotionController, OnTick
 from likeme_arm_sim.physics import Physics, fitted_primitives
 from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld
-from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.simulated_person import PersonSettings, SimulatedPerson
-from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.toys import toys_of
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 
 HELD_MESSAGE = 'The cell is held: nothing moves until it is resumed.'
 # For objects to come to rest after they were put down, s.
@@ -51,7 +51,7 @@ class CellSettings:
     Attributes:
         arm_speed, human_speed: factors on the default speeds.
         noise: of the camera; None: the published model.
-        initial_states: of objects; RIGHT for those not named.
+        initial_states: of objects, in the last reachable region if not named; None: the world's.
         primitives: parameters of the robot's actions.
         physics: masses, frictions and forces.
     """
@@ -59,13 +59,7 @@ class CellSettings:
     arm_speed: float = 1.0
     human_speed: float = 1.0
     noise: KinectNoise | None = None
-    initial_states: Mapping[str, State] = field(
-        default_factory=lambda: {
-            'pear': State.RIGHT,
-            'lemon': State.LEFT,
-            'chicken': State.RIGHT,
-        }
-    )
+    initial_states: Mapping[str, State] | None = None
     primitives: PrimitiveSettings = field(default_factory=fitted_primitives)
     physics: Physics = field(default_factory=Physics)
 
@@ -75,33 +69,33 @@ class Cell:
 
     def __init__(
         self,
-        scene: Scene,
+        world: World,
         seed: int,
         settings: CellSettings | None = None,
         arm_visible: bool = True,
     ) -> None:
         """arm_visible: whether the camera sees the arm; a real one stands elsewhere."""
-        self.scene, self.settings = scene, settings or CellSettings()
+        self.world, self.settings = world, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
         self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
         physics, speed = self.settings.physics, self.settings.arm_speed
         kinematics = Kinematics(physics.arm.reach)
-        self.world = PhysicsWorld(scene, {name: TOYS[name] for name in scene.objects}, physics)
-        self._controller = MotionController(self.world)
+        self.physics_world = PhysicsWorld(world.table, toys_of(world), physics)
+        self._controller = MotionController(self.physics_world)
         tick = self._controller.tick
-        self.arm = Arm(self.world.client, kinematics, tick, speed, physics.gripper)
-        self.hand = HumanHand(self.world, tick)
+        self.arm = Arm(self.physics_world.client, kinematics, tick, speed, physics.gripper)
+        self.hand = HumanHand(self.physics_world, tick)
         person = PersonSettings(speed=self.settings.human_speed)
-        self._person = SimulatedPerson(self.world, self.hand, scene, person)
+        self._person = SimulatedPerson(self.physics_world, self.hand, world, person)
         self._camera_seed, self._arm_visible = seed, arm_visible
-        self._initial_layout = draw_layout(scene, self._initial_states(), [], self._rng)
+        self._initial_layout = draw_layout(world, self._initial_states(), [], self._rng)
         self._apply_layout(self._initial_layout)
-        self._initial_state = self.world.save()
+        self._initial_state = self.physics_world.save()
 
     @property
     def time(self) -> float:
         """Simulated time, s."""
-        return self.world.time
+        return self.physics_world.time
 
     @property
     def held(self) -> bool:
@@ -119,7 +113,7 @@ class Cell:
     def step(self, seconds: float = TIME_STEP, on_tick: OnTick | None = None) -> None:
         """Step the physics without a motion of arm or person."""
         for _ in range(max(1, round(seconds / TIME_STEP))):
-            self.world.step()
+            self.physics_world.step()
             if on_tick is not None:
                 on_tick()
 
@@ -127,17 +121,17 @@ class Cell:
         self,
         actor: Actor,
         name: str,
-        action: int,
+        action: int | str,
         look: ViewOf,
         on_tick: OnTick | None = None,
         budget: float = np.inf,
     ) -> MotionResult:
-        """Execute one of the six actions on an object; returns when the motion has ended.
+        """Execute an action on an object; returns when the motion has ended.
 
         Args:
             actor: the robot, which uses `look`, or the person, who uses the true poses.
-            name: an object of the scene.
-            action: an Action number.
+            name: an object of the world.
+            action: the number or the name of an action of the world.
             look: the perceived view of an object, called repeatedly while pushing.
             on_tick: called after every physics step of the motion.
             budget: simulated seconds after which the motion is stopped.
@@ -147,7 +141,10 @@ class Cell:
             return MotionResult(*refused)
         started = self.time
         ending = self._controller.run(
-            lambda: self._act(actor, name, Action(action), look), self._halt, on_tick, budget
+            lambda: self._act(actor, name, self.world.action(action), look),
+            self._halt,
+            on_tick,
+            budget,
         )
         moved = self.time > started
         return MotionResult(*ending, *((started, self.time) if moved else (None, None)))
@@ -162,22 +159,22 @@ class Cell:
 
         return self._controller.run(leave, self._halt, on_tick)
 
-    def reset(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
+    def reset(self, objects: Sequence[str], states: Sequence[int | str], seed: int) -> None:
         """Put objects into states at places drawn by `seed`; both empty: the initial layout.
 
         Raises:
             ValueError: unknown objects or states, or not one state an object.
         """
-        wanted = checked_states(self.scene, objects, states)
+        wanted = checked_states(self.world, objects, states)
         self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
         self.arm.reset()
         self.hand.reset()
         if not wanted:
             self._apply_layout(self._initial_layout)
             return
-        rest = [name for name in self.scene.objects if name not in wanted]
-        occupied = [self.world.toy_pose(name).position[:2] for name in rest]
-        self._apply_layout(draw_layout(self.scene, wanted, occupied, np.random.default_rng(seed)))
+        rest = [name for name in self.world.objects if name not in wanted]
+        occupied = [self.physics_world.toy_pose(name).position[:2] for name in rest]
+        self._apply_layout(draw_layout(self.world, wanted, occupied, np.random.default_rng(seed)))
 
     def restart(self, seed: int) -> None:
         """Return to the initial state; what follows depends on `seed` alone.
@@ -189,7 +186,7 @@ class Cell:
         self._controller.resume()
         # A grip is a constraint that the saved state does not have.
         self.hand.reset()
-        self.world.restart(self._initial_state)
+        self.physics_world.restart(self._initial_state)
         self.arm.reset()
         self.hand.reset()
         self._rng = np.random.default_rng(seed)
@@ -205,38 +202,38 @@ class Cell:
         """Built on first use: headless trials do not need it."""
         noise, seed = self.settings.noise, self._camera_seed
         arm = self.arm if self._arm_visible else None
-        return CellCamera(self.scene, self.world, arm, self.hand, noise, seed)
+        return CellCamera(self.world, self.physics_world, arm, self.hand, noise, seed)
 
     def true_states(self) -> dict[str, ObjectView]:
         """The true poses of the objects: for tests and benchmarks, never for a decision."""
-        return {name: self._true_view(name) for name in self.scene.objects}
+        return {name: self._true_view(name) for name in self.world.objects}
 
     def _true_view(self, name: str) -> ObjectView:
-        pose = self.world.toy_pose(name)
+        pose = self.physics_world.toy_pose(name)
         x, y, z = map(float, pose.position)
         axis = pose.matrix()[:2, 0]
         yaw = float(np.arctan2(axis[1], axis[0]))
-        return ObjectView(x, y, yaw, self.scene.table.state_of(x, y, z))
+        return ObjectView(x, y, yaw, self.world.regions.state_of(x, y, z))
 
     def _halt(self) -> None:
         self.arm.halt()
         self.hand.halt()
 
     def _refused(
-        self, actor: Actor, name: str, action: int, look: ViewOf
+        self, actor: Actor, name: str, action: int | str, look: ViewOf
     ) -> PrimitiveResult | None:
-        known = ', '.join(self.scene.objects)
-        if name not in self.scene.objects:
+        known = ', '.join(self.world.objects)
+        if name not in self.world.objects:
             return PrimitiveResult(
                 MotionOutcome.UNKNOWN_OBJECT, f"Expected one of {known}, got '{name}'."
             )
-        if action not in list(Action):
-            return PrimitiveResult(
-                MotionOutcome.UNKNOWN_ACTION, f'Expected an action from 0 to 5, got {action}.'
-            )
+        try:
+            self.world.action(action)
+        except ValueError as error:
+            return PrimitiveResult(MotionOutcome.UNKNOWN_ACTION, str(error))
         if self.held:
             return PrimitiveResult(MotionOutcome.HELD, HELD_MESSAGE)
-        return check_target(self.scene.table, name, look(name)) if actor is Actor.ROBOT else None
+        return check_target(self.world, name, look(name)) if actor is Actor.ROBOT else None
 
     def _act(self, actor: Actor, name: str, action: Action, look: ViewOf) -> PrimitiveResult:
         self._retract(Actor.ROBOT)
@@ -246,23 +243,27 @@ class Cell:
         accuracy = self.settings.physics.arm
         offset, centre = (
             draw_calibration_offset(accuracy, self._arm_rng),
-            self.scene.table.work_area.centre,
+            self.world.regions.work_area.centre,
         )
         arm = MiscalibratedMotion(self.arm, offset, accuracy.skew, centre)
-        return execute_action(arm, look, self.scene.table, name, action, self.settings.primitives)
+        return execute_action(arm, look, self.world, name, action, self.settings.primitives)
 
     def _retract(self, actor: Actor) -> None:
         if actor is Actor.HUMAN and not self.hand.away:
             self._person.withdraw()
         if actor is Actor.ROBOT and not self.arm.at_home:
-            retreat(self.arm, self.scene.table, self.settings.primitives)
+            retreat(self.arm, self.world.table, self.settings.primitives)
 
     def _initial_states(self) -> dict[str, State]:
-        given = self.settings.initial_states
-        rest = dict.fromkeys(self.scene.objects, State.RIGHT)
-        return rest | checked_states(self.scene, list(given), list(given.values()))
+        world, given = self.world, self.settings.initial_states
+        last = [state for state in world.states if state not in world.out_of_reach][-1]
+        states = dict.fromkeys(world.objects, last)
+        if given is None:
+            own = {item.name: item.start for item in world.object_entries}
+            return states | {name: state for name, state in own.items() if state is not None}
+        return states | checked_states(world, list(given), list(given.values()))
 
     def _apply_layout(self, layout: Mapping[str, Placement]) -> None:
         for name, place in layout.items():
-            self.world.put_toy(name, place.x, place.y, place.ground, place.yaw)
+            self.physics_world.put_toy(name, place.x, place.y, place.ground, place.yaw)
         self.step(SETTLING_TIME)

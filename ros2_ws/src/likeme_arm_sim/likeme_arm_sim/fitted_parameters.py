@@ -1,4 +1,7 @@
-"""Parameters of the cell that were fitted to the real robot's trials.
+"""Parameters of arm and primitives that were fitted to the real robot's trials.
+
+Those of the objects are in the world file. `place_share` and `push_off_heading` describe the
+places of the regions; the world file has what follows from their values here.
 
 All other values in `physics.py` and `primitives.py` were measured, looked up or chosen. The search
 of `scripts/fit_physics.sh` (seed 1) starts at values chosen by hand. It varies one parameter at a
@@ -34,22 +37,6 @@ class FittedParameter(NamedTuple):
 
 FITTED: Mapping[str, FittedParameter] = MappingProxyType(
     {
-        'pear_friction': FittedParameter(
-            0.24, 0.1, 0.4, '', 'of the pear, against table and pads'
-        ),
-        'lemon_friction': FittedParameter(0.305, 0.15, 0.6, '', 'of the lemon'),
-        'chicken_friction': FittedParameter(0.65, 0.2, 1.0, '', 'of the chicken'),
-        'pear_mass': FittedParameter(0.0725, 0.03, 0.12, 'kg', 'of the pear'),
-        'lemon_mass': FittedParameter(0.04, 0.03, 0.10, 'kg', 'of the lemon'),
-        'chicken_mass': FittedParameter(0.06, 0.04, 0.20, 'kg', 'of the chicken'),
-        'pear_rolling': FittedParameter(
-            0.0016, 0.0001, 0.004, 'm', 'rolling friction of the pear'
-        ),
-        'lemon_rolling': FittedParameter(
-            0.0016, 0.0001, 0.004, 'm', 'rolling friction of the lemon'
-        ),
-        'pear_bounce': FittedParameter(0.5, 0.1, 0.8, '', 'restitution of the pear'),
-        'lemon_bounce': FittedParameter(0.5, 0.1, 0.8, '', 'restitution of the lemon'),
         'arm_bias_x': FittedParameter(0, -0.02, 0.02, 'm', 'hand-eye error, away from the robot'),
         'arm_skew': FittedParameter(
             -0.048, -0.08, 0.08, 'rad', 'hand-eye error, about the middle'
@@ -74,7 +61,9 @@ FITTED: Mapping[str, FittedParameter] = MappingProxyType(
         'push_past': FittedParameter(
             0.01, 0, 0.03, 'm', 'further, once it is seen to have arrived'
         ),
-        'push_off_heading': FittedParameter(-1.12, -1.4, 0, 'rad', 'of pushes OFFTABLE, from +x'),
+        'push_off_heading': FittedParameter(
+            -1.12, -1.4, 0, 'rad', 'of pushes off the table, from +x'
+        ),
     }
 )
 
@@ -82,8 +71,3 @@ FITTED: Mapping[str, FittedParameter] = MappingProxyType(
 def fitted(name: str) -> float:
     """The value of the default cell."""
     return FITTED[name].value
-
-
-def fitted_values() -> dict[str, float]:
-    """All fitted values by name."""
-    return {name: parameter.value for name, parameter in FITTED.items()}

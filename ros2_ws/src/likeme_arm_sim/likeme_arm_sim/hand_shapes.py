@@ -44,13 +44,13 @@ class Posture(StrEnum):
 class Side(Enum):
     """Which hand; a right hand is a left hand mirrored in y."""
 
-    LEFT = 1.0
-    RIGHT = -1.0
+    LEFT_HAND = 1.0
+    RIGHT_HAND = -1.0
 
 
 @lru_cache(maxsize=256)
 def hand_parts(
-    posture: Posture, yaw: float = 0.0, opening: float = 0.056, side: Side = Side.LEFT
+    posture: Posture, yaw: float = 0.0, opening: float = 0.056, side: Side = Side.LEFT_HAND
 ) -> Mapping[str, ConvexMesh]:
     """Named segments of the hand in the hand frame.
 
@@ -66,7 +66,7 @@ def hand_parts(
         parts, wrist = _pushing()
     turn = np.eye(4)
     turn[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
-    if side is Side.RIGHT:
+    if side is Side.RIGHT_HAND:
         parts = {name: _mirrored(part) for name, part in parts.items()}
         wrist = wrist * [1.0, -1.0, 1.0]
     turned = {name: part.transformed(turn) for name, part in parts.items()}

@@ -14,16 +14,18 @@ import numpy as np
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Cell, CellSettings, MotionResult
 from likeme_arm_sim.physics import (
-    TOY_PHYSICS,
     ArmAccuracy,
     GripperPhysics,
     Physics,
     fitted_fields,
     fitted_primitives,
 )
-from likeme_arm_sim.scene import Scene
+from likeme_arm_sim.toys import toys_of
+from likeme_core.geometry import Rectangle
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action, State
+from likeme_core.world import World
+from likeme_core.world.values import Heading, PushTarget, RegionEntry
 
 # Separates the random stream of perception from the cell's, which is drawn from the seed alone.
 PERCEPTION_STREAM = 2
@@ -69,15 +71,15 @@ class SimulatedPerception:
         """The perceived view; its state is None while the gripper occludes the centre."""
         true = self._cell.true_states()[name]
         x, y = true.x + float(self._shift[0]), true.y + float(self._shift[1])
-        seen = State.OFFTABLE
-        if true.state is not State.OFFTABLE:
-            seen = self._cell.scene.table.state_of(x, y)
+        regions = self._cell.world.regions
+        fallen = true.state == regions.elsewhere
+        seen = regions.elsewhere if fallen else regions.state_of(x, y)
         state = None if self._hidden(true) else seen
         return ObjectView(x, y, true.yaw + self._turn, state)
 
     def _hidden(self, toy: ObjectView) -> bool:
         """Whether the gripper intersects the ray from the camera to the toy's centre."""
-        tool, camera = self._cell.arm.tool, self._cell.scene.camera.position
+        tool, camera = self._cell.arm.tool, self._cell.world.camera.position
         cos, sin = math.cos(tool.yaw), math.sin(tool.yaw)
         for share in range(HAND_SLICES):
             z = tool.z + HAND_SPAN[0] + share / (HAND_SLICES - 1) * (HAND_SPAN[1] - HAND_SPAN[0])
@@ -89,9 +91,31 @@ class SimulatedPerception:
         return False
 
 
-def settings_from_parameters(values: Mapping[str, float]) -> CellSettings:
+def world_from_parameters(world: World, values: Mapping[str, float]) -> World:
+    """A world whose places and pushes follow from the fitted parameters."""
+    return replace(
+        world, region_entries=tuple(_region_from(entry, values) for entry in world.region_entries)
+    )
+
+
+def _region_from(entry: RegionEntry, values: Mapping[str, float]) -> RegionEntry:
+    """place_share: of the way from an area's inner border to its outer one, along y."""
+    if entry.area is None:
+        angle = values['push_off_heading']
+        push = PushTarget(entry.push.aim, (Heading(math.cos(angle), math.sin(angle), angle),))
+        return replace(entry, push=push)
+    bounds: Rectangle = entry.area.bounds
+    inner, outer = sorted((bounds.y_min, bounds.y_max), key=abs)
+    y = inner + (outer - inner) * values['place_share']
+    return replace(entry, place=(entry.place[0], y))
+
+
+def settings_from_parameters(world: World, values: Mapping[str, float]) -> CellSettings:
     """A cell's settings from values of all fitted parameters."""
-    toys = {name: replace(toy, **fitted_fields(name, values)) for name, toy in TOY_PHYSICS.items()}
+    toys = {
+        name: replace(toy.physics, **fitted_fields(name, values))
+        for name, toy in toys_of(world).items()
+    }
     arm = ArmAccuracy(
         bias_x=values['arm_bias_x'],
         skew=values['arm_skew'],
@@ -105,12 +129,18 @@ def settings_from_parameters(values: Mapping[str, float]) -> CellSettings:
     )
 
 
-def single_object_cell(name: str, settings: CellSettings | None = None) -> Cell:
+def single_object_cell(world: World, name: str, settings: CellSettings | None = None) -> Cell:
     """A cell for fast trials: one object, and an arm that skips motion through free space."""
     settings = replace(settings or CellSettings(), initial_states={})
-    cell = Cell(Scene(objects=(name,)), 0, settings)
+    cell = Cell(world.only(name), 0, settings)
     cell.arm.skip_free_space = True
     return cell
+
+
+def fitted_cell(world: World, name: str, values: Mapping[str, float]) -> Cell:
+    """A cell for fast trials with values of all fitted parameters."""
+    settings = settings_from_parameters(world, values)
+    return single_object_cell(world_from_parameters(world, values), name, settings)
 
 
 def run_trial(
@@ -131,13 +161,13 @@ def wait_until_at_rest(cell: Cell, name: str, on_tick: Callable[[], None] | None
     """Step until a toy has come to rest, or for REST_TIMEOUT."""
     for _ in range(round(REST_TIMEOUT / REST_PERIOD)):
         cell.step(REST_PERIOD, on_tick)
-        if cell.world.toy_speed(name) < REST_SPEED:
+        if cell.physics_world.toy_speed(name) < REST_SPEED:
             break
 
 
 def count_final_states(
     cell: Cell, name: str, x_i: State, action: Action, seeds: range
-) -> tuple[int, int, int]:
-    """Number of trials that ended LEFT, RIGHT, OFFTABLE."""
+) -> tuple[int, ...]:
+    """Number of trials that ended in each state."""
     ends = [run_trial(cell, name, x_i, action, seed)[0] for seed in seeds]
-    return ends.count(State.LEFT), ends.count(State.RIGHT), ends.count(State.OFFTABLE)
+    return tuple(ends.count(state) for state in cell.world.states)

@@ -29,13 +29,14 @@ class HumanHand:
     Positions are of the hand frame's origin (see hand_shapes.py), m, base_link.
     """
 
-    def __init__(self, world: PhysicsWorld, tick: Callable[[], None]) -> None:
-        self._world, self._tick, self._client = world, tick, world.client
-        self._physics = world.physics.hand
+    def __init__(self, physics_world: PhysicsWorld, tick: Callable[[], None]) -> None:
+        self._physics_world, self._tick = physics_world, tick
+        self._client = physics_world.client
+        self._physics = physics_world.physics.hand
         self._bodies = {side: self._add_body(side) for side in Side}
         self._anchors = {side: self._add_anchor(body) for side, body in self._bodies.items()}
         self._grip: int | None = None
-        self.side, self.posture, self.yaw, self.opening = Side.LEFT, Posture.PUSH, 0.0, OPEN
+        self.side, self.posture, self.yaw, self.opening = Side.LEFT_HAND, Posture.PUSH, 0.0, OPEN
         self.goal: Vector = AWAY
         self.reset()
 
@@ -70,7 +71,7 @@ class HumanHand:
     ) -> None:
         """Choose hand and posture, and the only toy that it collides with; only while away."""
         self.side, self.posture, self.yaw, self.opening = side, posture, yaw, OPEN
-        for name, toy in self._world.toys.items():
+        for name, toy in self._physics_world.toys.items():
             solid = int(name == touches)
             self._client.setCollisionFilterPair(self._bodies[side], toy, -1, -1, solid)
 
@@ -100,10 +101,10 @@ class HumanHand:
 
     def grasp(self, name: str) -> None:
         """Attach a toy to the hand."""
-        toy = self._world.toy_pose(name)
+        toy = self._physics_world.toy_pose(name)
         offset = (toy.position - self.position).tolist()
         self._grip = self._client.createConstraint(
-            self._bodies[self.side], -1, self._world.toys[name], -1, pybullet.JOINT_FIXED,
+            self._bodies[self.side], -1, self._physics_world.toys[name], -1, pybullet.JOINT_FIXED,
             (0, 0, 0), offset, (0, 0, 0), toy.orientation.tolist(),
         )  # fmt: skip
         self._client.changeConstraint(self._grip, maxForce=self._physics.grip_force)

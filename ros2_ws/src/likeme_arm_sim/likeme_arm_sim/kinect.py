@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from likeme_arm_sim.kinect_noise import Image32, KinectNoise, NoiseTiles
 from likeme_arm_sim.renderer import Rendering
-from likeme_arm_sim.scene import CameraMount
+from likeme_core.camera_mount import CameraMount
 
 # Greatest width of a shadow, f b / nearest, px.
 REACH = 98

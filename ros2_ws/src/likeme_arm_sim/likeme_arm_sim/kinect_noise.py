@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_arm_sim.scene import CameraMount
+from likeme_core.camera_mount import CameraMount
 
 Image32 = NDArray[np.float32]
 

@@ -8,17 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_arm_sim.scene import Scene
 from likeme_core.geometry import Rectangle
 from likeme_core.tabletop import State
+from likeme_core.world import World
 
-# Well inside the areas, so that a toy's state does not depend on which side of it the camera sees.
-# OFFTABLE is the floor at the robot's right, which the camera sees past the table's edge.
-START_AREAS: Mapping[State, Rectangle] = {
-    State.LEFT: Rectangle(0.34, 0.54, 0.09, 0.25),
-    State.RIGHT: Rectangle(0.34, 0.54, -0.25, -0.09),
-    State.OFFTABLE: Rectangle(0.28, 0.58, -0.70, -0.62),
-}
 # Least distance between the centres of two toys, m.
 SPACING = 0.13
 TRIES = 300
@@ -34,7 +27,7 @@ class Placement(NamedTuple):
 
 
 def checked_states(
-    scene: Scene, objects: Sequence[str], states: Sequence[int]
+    world: World, objects: Sequence[str], states: Sequence[int | str]
 ) -> dict[str, State]:
     """States by object name, validated.
 
@@ -44,18 +37,14 @@ def checked_states(
     if len(objects) != len(states):
         raise ValueError(f'Expected {len(objects)} states, one an object, got {len(states)}.')
     for name in objects:
-        if name not in scene.objects:
-            raise ValueError(f"Expected one of {', '.join(scene.objects)}, got '{name}'.")
-    for state in states:
-        if state not in list(State):
-            raise ValueError(f'Expected a state from 0 to 2, got {state}.')
+        world.object(name)
     if len(set(objects)) != len(objects):
         raise ValueError(f'Expected each object once, got {len(objects)} names, some twice.')
-    return {name: State(state) for name, state in zip(objects, states, strict=True)}
+    return {name: world.state(state) for name, state in zip(objects, states, strict=True)}
 
 
 def draw_layout(
-    scene: Scene,
+    world: World,
     states: Mapping[str, State],
     occupied: list[NDArray[np.float64]],
     rng: np.random.Generator,
@@ -63,9 +52,9 @@ def draw_layout(
     """A placement for each named toy in its state, apart from the others and from `occupied`."""
     taken, layout = list(occupied), {}
     for name, state in states.items():
-        x, y = _free_spot(START_AREAS[state], taken, rng)
+        x, y = _free_spot(world.region(state).start, taken, rng)
         taken.append(np.array([x, y]))
-        ground = scene.table.floor_z if state is State.OFFTABLE else 0.0
+        ground = 0.0 if world.table.top.contains(x, y) else world.table.floor_z
         layout[name] = Placement(x, y, ground, float(rng.uniform(-np.pi, np.pi)))
     return layout
 

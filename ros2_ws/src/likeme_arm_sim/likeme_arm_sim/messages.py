@@ -14,12 +14,13 @@ from sensor_msgs.msg import CameraInfo, Image, JointState
 
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.arm import Arm
-from likeme_arm_sim.scene import CameraMount
 from likeme_arm_sim.simulation_driver import SimulationDriver, StampedResult
+from likeme_core.camera_mount import CameraMount
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_core.tabletop import State
+from likeme_core.ros.world import check_world
+from likeme_core.world import World
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
@@ -64,22 +65,24 @@ def joint_state_message(arm: Arm, stamp: Time) -> JointState:
     return message
 
 
-def object_views(message: TableState) -> dict[str, ObjectView]:
+def object_views(message: TableState, world: World) -> dict[str, ObjectView]:
     """The objects that were ever seen, by name.
 
     Raises:
-        ValueError: positions are not in base_link.
+        ValueError: it is of another world, or positions are not in base_link.
     """
+    check_world(message.world, world)
     if message.reference_frame != BASE_FRAME:
         raise ValueError(
             f"Expected a table_state in '{BASE_FRAME}', got '{message.reference_frame}'."
         )
-    return {item.name: _view(item) for item in message.objects if stamp_ns(item.last_seen) > 0}
+    return {
+        item.name: _view(item, world) for item in message.objects if stamp_ns(item.last_seen) > 0
+    }
 
 
-def _view(item: ObjectState) -> ObjectView:
-    known = item.state in list(State)
-    state = State(item.state) if known else None
+def _view(item: ObjectState, world: World) -> ObjectView:
+    state = world.states[item.state] if world.knows_state(item.state) else None
     return ObjectView(item.centroid.x, item.centroid.y, item.major_axis_yaw, state)
 
 

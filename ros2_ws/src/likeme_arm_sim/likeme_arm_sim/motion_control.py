@@ -21,8 +21,8 @@ class MotionStoppedError(Exception):
 class MotionController:
     """Runs one motion at a time. Only `hold` and `resume` are thread-safe."""
 
-    def __init__(self, world: PhysicsWorld) -> None:
-        self._world = world
+    def __init__(self, physics_world: PhysicsWorld) -> None:
+        self._physics_world = physics_world
         self._held = threading.Event()
         self._on_tick: OnTick | None = None
         self._deadline = np.inf
@@ -46,9 +46,9 @@ class MotionController:
         Raises:
             MotionStoppedError: motion is held, or its time is used up.
         """
-        if self.held or self._world.time >= self._deadline:
+        if self.held or self._physics_world.time >= self._deadline:
             raise MotionStoppedError
-        self._world.step()
+        self._physics_world.step()
         if self._on_tick is not None:
             self._on_tick()
 
@@ -67,7 +67,7 @@ class MotionController:
             on_tick: called after every physics step.
             budget: simulated s after which the motion is stopped.
         """
-        self._on_tick, self._deadline = on_tick, self._world.time + budget
+        self._on_tick, self._deadline = on_tick, self._physics_world.time + budget
         try:
             return motion()
         except MotionStoppedError:

@@ -10,6 +10,7 @@ from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_p
 from likeme_arm_sim.simulation_driver import SimulationSettings
 from likeme_core.settings import Setting
 from likeme_core.tabletop import State
+from likeme_core.world import World
 
 SETTINGS: dict[str, Setting] = {
     'simulate': Setting(
@@ -21,8 +22,8 @@ SETTINGS: dict[str, Setting] = {
         1, 'Of first places, camera noise, arm and person.', (0, 2**31), read_only=True
     ),
     'initial_states': Setting(
-        ['pear:RIGHT', 'lemon:LEFT', 'chicken:RIGHT'],
-        "First states, as 'pear:RIGHT'.",
+        [''],
+        'First states, as OBJECT:REGION; empty: those of the world file.',
         read_only=True,
     ),
     'arm_speed': Setting(1.0, "Factor on the arm's speeds.", (0.2, 1.5), read_only=True),
@@ -48,12 +49,12 @@ SETTINGS: dict[str, Setting] = {
 }
 
 
-def cell_settings(values: Mapping[str, Any]) -> CellSettings:
-    """Settings of the simulated cell."""
+def cell_settings(values: Mapping[str, Any], world: World) -> CellSettings:
+    """Settings of the simulated cell of a world."""
     return CellSettings(
         arm_speed=values['arm_speed'],
         human_speed=values['human_speed'],
-        initial_states=initial_states(values['initial_states']),
+        initial_states=initial_states(values['initial_states'], world),
     )
 
 
@@ -82,16 +83,19 @@ def check_real_time_factor(factor: float, wall_time: bool) -> None:
         )
 
 
-def initial_states(pairs: Sequence[str]) -> dict[str, State]:
-    """['pear:RIGHT', ...] as a mapping.
+def initial_states(pairs: Sequence[str], world: World) -> dict[str, State] | None:
+    """['OBJECT:REGION', ...] as a mapping; None: those of the world file.
 
     Raises:
-        ValueError: a pair is not of that form.
+        ValueError: a pair is not of that form, or the world has no such object or state.
     """
-    states = {}
-    for pair in pairs:
-        name, _, state = pair.partition(':')
-        if state not in State.__members__:
-            raise ValueError(f"Expected initial_states like 'pear:RIGHT', got '{pair}'.")
-        states[name] = State[state]
+    given = [pair for pair in pairs if pair]
+    if not given:
+        return None
+    states = {item.name: item.start for item in world.object_entries if item.start is not None}
+    for pair in given:
+        name, colon, state = pair.partition(':')
+        if not colon:
+            raise ValueError(f"Expected initial_states like OBJECT:REGION, got '{pair}'.")
+        states[world.object(name).name] = world.state(state)
     return states

@@ -1,4 +1,6 @@
-"""Physical parameters: masses, frictions, forces; the fitted ones are in `fitted_parameters.py`.
+"""Physical parameters: masses, frictions, forces.
+
+Those of objects are in the world file, the fitted ones of the arm in `fitted_parameters.py`.
 
 Bullet multiplies the friction coefficients of the two bodies that touch.
 """
@@ -7,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from types import MappingProxyType
+from typing import Any
 
 from likeme_arm.primitives import PrimitiveSettings
-from likeme_arm_sim.fitted_parameters import fitted, fitted_values
+from likeme_arm_sim.fitted_parameters import FITTED, FittedParameter, fitted
+from likeme_core.world import World
 
 
 @dataclass(frozen=True)
@@ -27,8 +30,8 @@ class ToyPhysics:
 
     mass: float
     friction: float
-    rolling_friction: float
-    restitution: float
+    rolling_friction: float = 0.0010
+    restitution: float = 0.2
     spinning_friction: float = 0.0008
     linear_damping: float = 0.02
     angular_damping: float = 0.02
@@ -94,13 +97,20 @@ class ArmAccuracy:
     reach: float = fitted('reach')
 
 
-# The fields of ToyPhysics that may be fitted, by their suffix in `fitted_parameters.py`.
+UNITS = {'mass': 'kg', 'rolling_friction': 'm'}
+#: The fields of ToyPhysics that may be fitted, by their suffix in a fitted parameter's name.
 TOY_FIELDS = {
-    'mass': 'mass',
     'friction': 'friction',
+    'mass': 'mass',
     'rolling': 'rolling_friction',
     'bounce': 'restitution',
 }
+
+
+def toy_physics(simulation: Mapping[str, Any]) -> ToyPhysics:
+    """Physics of an object from its entry in the world file."""
+    names = {field.name for field in fields(ToyPhysics)}
+    return ToyPhysics(**{key: float(v) for key, v in simulation.items() if key in names})
 
 
 def fitted_fields(name: str, parameters: Mapping[str, float]) -> dict[str, float]:
@@ -109,21 +119,36 @@ def fitted_fields(name: str, parameters: Mapping[str, float]) -> dict[str, float
     return {field: parameters[key] for field, key in keys.items() if key in parameters}
 
 
-TOY_PHYSICS: Mapping[str, ToyPhysics] = MappingProxyType(
-    {
-        'pear': ToyPhysics(**fitted_fields('pear', fitted_values())),
-        'lemon': ToyPhysics(**fitted_fields('lemon', fitted_values())),
-        # It slides and does not roll: its rolling friction is not fitted.
-        'chicken': ToyPhysics(
-            rolling_friction=0.0020, restitution=0.05, **fitted_fields('chicken', fitted_values())
-        ),
-    }
-)
+def object_parameters(world: World) -> dict[str, FittedParameter]:
+    """The fitted parameters of a world's objects by name, with the ranges of the world file."""
+    parameters = {}
+    for word, key in TOY_FIELDS.items():
+        for entry in world.object_entries:
+            simulation = entry.simulation or {}
+            span = simulation.get('fit', {}).get(key)
+            if span is not None:
+                low, high = map(float, span)
+                unit = UNITS.get(key, '')
+                parameters[f'{entry.name}_{word}'] = FittedParameter(
+                    float(simulation[key]), low, high, unit, f'{key} of {entry.name}'
+                )
+    return parameters
+
+
+def fitted_parameters(world: World) -> dict[str, FittedParameter]:
+    """All fitted parameters of a cell by name: of the objects, then of the arm."""
+    return object_parameters(world) | dict(FITTED)
+
+
+def fitted_values(world: World) -> dict[str, float]:
+    """The values of the default cell of a world by name."""
+    return {name: parameter.value for name, parameter in fitted_parameters(world).items()}
 
 
 def fitted_primitives(parameters: Mapping[str, float] | None = None) -> PrimitiveSettings:
     """Settings of the primitives, from the fitted parameters or other values of them."""
-    given = fitted_values() if parameters is None else parameters
+    own = {name: parameter.value for name, parameter in FITTED.items()}
+    given = own if parameters is None else parameters
     return PrimitiveSettings(
         **{f.name: given[f.name] for f in fields(PrimitiveSettings) if f.name in given}
     )
@@ -136,12 +161,12 @@ class Physics:
     Attributes:
         gravity: m/s^2, along z.
         ground_friction: Coulomb coefficient of the table top and of the floor.
-        toys: by name; a toy that is not named keeps its own.
+        toys: by name; a toy that is not named has the world file's.
     """
 
     gravity: float = -9.81
     ground_friction: float = 0.6
-    toys: Mapping[str, ToyPhysics] = field(default_factory=lambda: TOY_PHYSICS)
+    toys: Mapping[str, ToyPhysics] = field(default_factory=dict)
     gripper: GripperPhysics = field(default_factory=GripperPhysics)
     hand: HandPhysics = field(default_factory=HandPhysics)
     arm: ArmAccuracy = field(default_factory=ArmAccuracy)

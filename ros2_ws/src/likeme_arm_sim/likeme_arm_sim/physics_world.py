@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from likeme_arm_sim.bullet import connect
 from likeme_arm_sim.physics import Physics
-from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.toys import Toy, spawn
+from likeme_core.table import Table
 
 Vector = NDArray[np.float64]
 
@@ -45,9 +45,9 @@ class PhysicsWorld:
     """Physics of table, floor and objects; arm and hand add themselves to `client`."""
 
     def __init__(
-        self, scene: Scene, toys: Mapping[str, Toy], physics: Physics | None = None
+        self, table: Table, toys: Mapping[str, Toy], physics: Physics | None = None
     ) -> None:
-        self.scene, self.physics = scene, physics or Physics()
+        self._table, self.physics = table, physics or Physics()
         toys = {
             name: toy.with_physics(self.physics.toys.get(name, toy.physics))
             for name, toy in toys.items()
@@ -114,13 +114,13 @@ class PhysicsWorld:
         return float(np.linalg.norm(self.client.getBaseVelocity(self.toys[name])[0]))
 
     def _add_table(self) -> int:
-        top, table = self.scene.table.top, self.scene.table
+        top, table = self._table.top, self._table
         half = ((top.x_max - top.x_min) / 2, (top.y_max - top.y_min) / 2, table.thickness / 2)
         return self._add_slab(half, (*top.centre, -table.thickness / 2))
 
     def _add_floor(self) -> int:
         half = (FLOOR_HALF_SIZE, FLOOR_HALF_SIZE, 0.05)
-        return self._add_slab(half, (0.0, 0.0, self.scene.table.floor_z - 0.05))
+        return self._add_slab(half, (0.0, 0.0, self._table.floor_z - 0.05))
 
     def _add_slab(self, half: tuple[float, ...], centre: tuple[float, ...]) -> int:
         shape = self.client.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)

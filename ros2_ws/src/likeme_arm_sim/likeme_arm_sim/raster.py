@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_arm_sim.meshes import Floats
-from likeme_arm_sim.scene import CameraMount
+from likeme_core.camera_mount import CameraMount
 
 Indices = NDArray[np.intp]
 

@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from likeme_arm_sim.meshes import ConvexMesh, Floats
 from likeme_arm_sim.raster import Fragments, clip_near, fragments, project
-from likeme_arm_sim.scene import CameraMount
 from likeme_arm_sim.shadows import SoftShadows
+from likeme_core.camera_mount import CameraMount
 
 # A soft light above the table, a little towards the robot's left and the camera.
 LIGHT = np.array([-0.30, 0.35, 0.89]) / np.linalg.norm([-0.30, 0.35, 0.89])

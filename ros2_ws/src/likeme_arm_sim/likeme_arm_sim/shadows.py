@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_arm_sim.meshes import ConvexMesh, Floats
-from likeme_arm_sim.scene import CameraMount
+from likeme_core.camera_mount import CameraMount
 
 # Shadows are drawn at a quarter of the image's resolution: they are blurred by more than that.
 COARSE = 4

@@ -89,7 +89,7 @@ class SimulationDriver:
     @property
     def frame_due(self) -> bool:
         """Whether the camera takes a frame after this physics step."""
-        return self.cell.world.steps % self._steps_per_frame == 0
+        return self.cell.physics_world.steps % self._steps_per_frame == 0
 
     def start(self) -> None:
         """Start the simulation."""
@@ -105,16 +105,16 @@ class SimulationDriver:
             self._on_error(error)
 
     def execute(
-        self, actor: Actor, name: str, action: int, expires: int = 0
+        self, actor: Actor, name: str, action: int | str, expires: int = 0
     ) -> Future[StampedResult] | None:
-        """Queue one of the six actions; None while this actor's last one has not ended.
+        """Queue an action; None while this actor's last one has not ended.
 
         expires: ns since the epoch after which the motion is not started; 0: never.
         """
         return self._thread.submit(actor.name, lambda: self._run(actor, name, action, expires))
 
     def reset(
-        self, objects: Sequence[str], states: Sequence[int], seed: int
+        self, objects: Sequence[str], states: Sequence[int | str], seed: int
     ) -> Future[None] | None:
         """Set the table up (see Cell.reset); None while a motion or a reset is in progress."""
         if self._thread.busy:
@@ -135,7 +135,7 @@ class SimulationDriver:
         self._clear_table_due = True
         return 'Motion is allowed again.'
 
-    def _run(self, actor: Actor, name: str, action: int, expires: int) -> StampedResult:
+    def _run(self, actor: Actor, name: str, action: int | str, expires: int) -> StampedResult:
         started = self.now
         if expires and started > expires:
             late = (started - expires) * 1e-9
@@ -150,7 +150,7 @@ class SimulationDriver:
         moved = (started, self.now) if result.started is not None else ()
         return StampedResult(result.outcome, result.message, *moved)
 
-    def _reset(self, objects: Sequence[str], states: Sequence[int], seed: int) -> None:
+    def _reset(self, objects: Sequence[str], states: Sequence[int | str], seed: int) -> None:
         try:
             self.cell.reset(objects, states, seed)
         except Exception as error:

@@ -1,19 +1,20 @@
-"""The three toys: shape, mass properties, and their bullet bodies."""
+"""The objects of a world: shape, mass properties, and their bullet bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from types import MappingProxyType
 
 import numpy as np
 import pybullet as bullet
 
 from likeme_arm_sim.meshes import ConvexMesh, Floats
-from likeme_arm_sim.physics import TOY_PHYSICS, ToyPhysics
-from likeme_arm_sim.toy_shapes import chicken_parts, lemon_parts, pear_parts
+from likeme_arm_sim.object_shapes import object_parts
+from likeme_arm_sim.physics import ToyPhysics, toy_physics
+from likeme_core.world import World
+from likeme_core.world.values import ObjectEntry
 
 # Bullet adds this margin to every hull, m; the collision shape is made that much smaller, so that
 # its surface is where the camera sees it.
@@ -64,29 +65,36 @@ def _mass_properties(parts: tuple[ConvexMesh, ...]) -> tuple[Floats, Floats]:
     return centre, square.sum() - square
 
 
-def _toy(name: str, parts: tuple[ConvexMesh, ...]) -> Toy:
+def toys_of(world: World) -> dict[str, Toy]:
+    """The objects of a world by name.
+
+    Raises:
+        ValueError: the world file has no `simulation` for one of them, or a mesh is not usable.
+    """
+    return {entry.name: _toy(entry, world.folder) for entry in world.object_entries}
+
+
+@lru_cache(maxsize=64)
+def _toy(entry: ObjectEntry, folder: Path) -> Toy:
     """The toy with its origin moved to the centre of mass."""
+    if entry.simulation is None:
+        raise ValueError(
+            f"Expected 'simulation' of {entry.name} in the world file, got none: it cannot be "
+            'simulated.'
+        )
+    parts = object_parts(entry.simulation, folder)
     centre, gyration = _mass_properties(parts)
     centred = tuple(part.moved(-centre) for part in parts)
     cloud = np.concatenate([part.vertices for part in centred])
     size = np.ptp(cloud, axis=0)
     return Toy(
-        name=name,
+        name=entry.name,
         parts=centred,
-        physics=TOY_PHYSICS[name],
+        physics=toy_physics(entry.simulation),
         gyration=(float(gyration[0]), float(gyration[1]), float(gyration[2])),
         size=(float(size[0]), float(size[1]), float(size[2])),
         resting_height=float(-cloud[:, 2].min()),
     )
-
-
-TOYS: Mapping[str, Toy] = MappingProxyType(
-    {
-        'pear': _toy('pear', pear_parts()),
-        'lemon': _toy('lemon', lemon_parts()),
-        'chicken': _toy('chicken', chicken_parts()),
-    }
-)
 
 
 def collision_shape(parts: tuple[ConvexMesh, ...], client: int) -> int:

@@ -11,13 +11,15 @@ from likeme_arm_sim.joint_path import trapezoidal_profile
 from likeme_arm_sim.kinematics import Kinematics
 from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.physics_world import STEP_RATE, PhysicsWorld
-from likeme_arm_sim.scene import Scene
-from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.toys import toys_of
+from likeme_core.paper_world import WORLD
+
+TOYS = toys_of(WORLD)
 
 
 @pytest.fixture
 def world() -> PhysicsWorld:
-    return PhysicsWorld(Scene(), TOYS)
+    return PhysicsWorld(WORLD.table, TOYS)
 
 
 @pytest.fixture
@@ -26,7 +28,7 @@ def arm(world: PhysicsWorld) -> Arm:
 
 
 def test_the_arm_at_home_does_not_occlude_the_table(arm: Arm) -> None:
-    scene = Scene()
+    scene = WORLD
     eye = np.asarray(scene.camera.position)
     poses = arm.link_poses()
     for name, mesh in panda_links().items():

@@ -83,7 +83,7 @@ class Client:
     def call(self, kind: Any, name: str, **fields: Any) -> Any:
         return finished(self.start(kind, name, **fields))
 
-    def act(self, who: str, name: str, action: int, **fields: Any) -> Any:
+    def act(self, who: str, name: str, action: str, **fields: Any) -> Any:
         service = f'{who}/execute_action'
         return self.call(ExecuteAction, service, object=name, action=action, **fields)
 
@@ -162,11 +162,13 @@ def test_frames_come_at_the_cameras_rate_in_simulated_time(client: Client) -> No
 
 
 def test_the_person_acts_and_a_second_request_is_refused_at_once(client: Client) -> None:
-    first = client.start(ExecuteAction, 'human/execute_action', object='chicken', action=0)
+    first = client.start(
+        ExecuteAction, 'human/execute_action', object='chicken', action='place_left'
+    )
     client.wait_for(lambda: bool(client.kept['/clock']))
     began = client.now
     client.wait_for(lambda: client.now > began + 1_000_000_000)
-    second = client.act('human', 'pear', 0)
+    second = client.act('human', 'pear', 'place_left')
     assert second.outcome == MotionOutcome.BUSY
     reset = client.call(ResetCell, 'cell/reset')
     assert (reset.success, reset.outcome) == (False, ResetOutcome.BUSY)
@@ -178,12 +180,12 @@ def test_the_person_acts_and_a_second_request_is_refused_at_once(client: Client)
 
 
 def test_the_arm_goes_where_perception_says(client: Client) -> None:
-    assert client.act('arm', 'chicken', 3).outcome == MotionOutcome.OBJECT_NOT_SEEN
+    assert client.act('arm', 'chicken', 'push_left').outcome == MotionOutcome.OBJECT_NOT_SEEN
     outcome = MotionOutcome.OBJECT_NOT_SEEN
     deadline = time.monotonic() + 20
     while outcome == MotionOutcome.OBJECT_NOT_SEEN and time.monotonic() < deadline:
         client.show_chicken(y=-0.2)
-        outcome = client.act('arm', 'chicken', 3).outcome
+        outcome = client.act('arm', 'chicken', 'push_left').outcome
     assert outcome == MotionOutcome.COMPLETED
 
 
@@ -192,7 +194,7 @@ def test_an_object_off_the_table_is_refused(client: Client, x: float, y: float) 
     said, deadline = '', time.monotonic() + 20
     while 'over the table' not in said and time.monotonic() < deadline:
         client.show_chicken(y=y, x=x)
-        answer = client.act('arm', 'chicken', 3)
+        answer = client.act('arm', 'chicken', 'push_left')
         said = answer.message
     assert answer.outcome == MotionOutcome.OBJECT_NOT_SEEN
     assert said.startswith('Expected the chicken over the table')
@@ -200,29 +202,35 @@ def test_an_object_off_the_table_is_refused(client: Client, x: float, y: float) 
 
 def test_other_frames_are_not_acted_on(client: Client) -> None:
     client.show_chicken(y=-0.2, frame='map')
-    assert client.act('arm', 'chicken', 3).outcome == MotionOutcome.OBJECT_NOT_SEEN
+    assert client.act('arm', 'chicken', 'push_left').outcome == MotionOutcome.OBJECT_NOT_SEEN
 
 
 def test_hold_in_the_middle_and_resume(client: Client) -> None:
-    moving = client.start(ExecuteAction, 'human/execute_action', object='chicken', action=0)
+    moving = client.start(
+        ExecuteAction, 'human/execute_action', object='chicken', action='place_left'
+    )
     client.wait_for(lambda: bool(client.kept['/clock']))
     began = client.now
     client.wait_for(lambda: client.now > began + 1_500_000_000)
     assert client.call(Trigger, 'cell/hold').success
     held = finished(moving, 5.0)
     assert held.outcome == MotionOutcome.HELD
-    assert client.act('human', 'chicken', 0).outcome == MotionOutcome.HELD
+    assert client.act('human', 'chicken', 'place_left').outcome == MotionOutcome.HELD
     client.wait_for(lambda: client.now > stamp_ns(held.finished) + 200_000_000)
     assert client.call(Trigger, 'cell/resume').success
 
 
 @pytest.mark.parametrize(
     ('name', 'action', 'outcome'),
-    [('banana', 0, MotionOutcome.UNKNOWN_OBJECT), ('pear', 17, MotionOutcome.UNKNOWN_ACTION)],
+    [
+        ('banana', 'place_left', MotionOutcome.UNKNOWN_OBJECT),
+        ('pear', 'lift', MotionOutcome.UNKNOWN_ACTION),
+        ('pear', '', MotionOutcome.UNKNOWN_ACTION),
+    ],
 )
 @pytest.mark.parametrize('who', ['arm', 'human'])
 def test_unknown_objects_and_actions_are_refused(
-    client: Client, who: str, name: str, action: int, outcome: MotionOutcome
+    client: Client, who: str, name: str, action: str, outcome: MotionOutcome
 ) -> None:
     answer = client.act(who, name, action)
     assert (answer.success, answer.outcome) == (False, outcome)
@@ -232,16 +240,19 @@ def test_unknown_objects_and_actions_are_refused(
 def test_an_expired_request_is_not_started(client: Client) -> None:
     client.wait_for(lambda: client.now > 0)
     past = time_msg(client.now - 2_000_000_000)
-    assert client.act('human', 'pear', 0, expires=past).outcome == MotionOutcome.EXPIRED
+    assert client.act('human', 'pear', 'place_left', expires=past).outcome == MotionOutcome.EXPIRED
     future = time_msg(client.now + 60_000_000_000)
-    assert client.act('human', 'pear', 0, expires=future).outcome == MotionOutcome.COMPLETED
+    assert (
+        client.act('human', 'pear', 'place_left', expires=future).outcome
+        == MotionOutcome.COMPLETED
+    )
 
 
 def test_reset_refuses_with_a_sentence(client: Client) -> None:
-    answer = client.call(ResetCell, 'cell/reset', objects=['pear'], states=[9])
+    answer = client.call(ResetCell, 'cell/reset', objects=['pear'], states=['up'])
     assert not answer.success
     assert answer.outcome == ResetOutcome.INVALID_REQUEST
-    assert answer.message == 'Expected a state from 0 to 2, got 9.'
+    assert answer.message == ("Expected a state of chung2015 (left, right, offtable), got 'up'.")
 
 
 def test_parameters_out_of_range_are_refused(client: Client) -> None:
@@ -271,7 +282,8 @@ def test_a_signal_ends_it_silently(number: int, moving: bool) -> None:
         driver, client = start_driver(domain), Client(domain)
         try:
             if moving:
-                answer = client.start(ExecuteAction, 'human/execute_action', object='pear')
+                wanted = {'object': 'pear', 'action': 'place_left'}
+                answer = client.start(ExecuteAction, 'human/execute_action', **wanted)
             client.wait_for(lambda: len(client.kept['/clock']) > 30)
             driver.send_signal(number)
             out, _ = driver.communicate(timeout=30)

@@ -8,20 +8,31 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.cell import Cell, CellSettings
-from likeme_arm_sim.fitted_parameters import FITTED, fitted_values
 from likeme_arm_sim.headless_trial import (
     PerceptionNoise,
     SimulatedPerception,
+    fitted_cell,
     run_trial,
     settings_from_parameters,
     single_object_cell,
     wait_until_at_rest,
+    world_from_parameters,
 )
-from likeme_arm_sim.physics import Physics, fitted_primitives
+from likeme_arm_sim.physics import Physics, fitted_parameters, fitted_values
+from likeme_arm_sim.toys import toys_of
 from likeme_core.outcomes import MotionOutcome
+from likeme_core.paper_world import (
+    LEFT,
+    PLACE_LEFT,
+    PLACE_RIGHT,
+    PUSH_LEFT,
+    PUSH_OFFTABLE,
+    PUSH_RIGHT,
+    RIGHT,
+    WORLD,
+)
 from likeme_core.tabletop import Action, State
 
-LEFT, RIGHT, OFFTABLE = State
 EXACT = PerceptionNoise(bias=(0.0, 0.0), noise=0.0, turn=0.0)
 # An exact arm with a firm grip, low over the table: nothing is left to go wrong.
 ABLE = {
@@ -41,27 +52,30 @@ ABLE = {
 
 
 def cell(name: str, **changed: float) -> Cell:
-    return single_object_cell(name, settings_from_parameters(fitted_values() | ABLE | changed))
+    return fitted_cell(WORLD, name, fitted_values(WORLD) | ABLE | changed)
 
 
 def outcomes(
     made: Cell, name: str, action: Action, seeds: int = 4
 ) -> list[tuple[State, MotionOutcome]]:
-    start = LEFT if action.target is RIGHT else RIGHT
+    start = LEFT if action.target == RIGHT else RIGHT
     tried = [run_trial(made, name, start, action, seed, error=EXACT) for seed in range(seeds)]
     return [(state, result.outcome) for state, result in tried]
 
 
 def test_the_default_cell_uses_the_fitted_values() -> None:
-    made = settings_from_parameters(fitted_values())
-    assert made.physics == Physics()
-    assert made.primitives == fitted_primitives()
-    assert made == replace(CellSettings(), physics=Physics(), primitives=fitted_primitives())
-    for name, parameter in FITTED.items():
+    values = fitted_values(WORLD)
+    made = settings_from_parameters(WORLD, values)
+    assert made.physics.toys == {name: toy.physics for name, toy in toys_of(WORLD).items()}
+    physics = replace(made.physics, toys={})
+    assert physics == Physics()
+    assert replace(made, physics=physics) == replace(CellSettings(), physics=Physics())
+    assert world_from_parameters(WORLD, values).region_entries == WORLD.region_entries
+    for name, parameter in fitted_parameters(WORLD).items():
         assert parameter.low <= parameter.value <= parameter.high, name
 
 
-@pytest.mark.parametrize('action', [Action.PLACE_LEFT, Action.PUSH_LEFT])
+@pytest.mark.parametrize('action', [PLACE_LEFT, PUSH_LEFT])
 def test_without_errors_every_action_succeeds(action: Action) -> None:
     # The chicken: round toys slip off even a well-placed pusher.
     assert outcomes(cell('chicken'), 'chicken', action) == [(LEFT, MotionOutcome.COMPLETED)] * 4
@@ -77,20 +91,20 @@ def test_without_errors_every_action_succeeds(action: Action) -> None:
     ids=['too weak to lift it', 'closing on a sloped surface', 'beside it'],
 )
 def test_a_grasp_fails_for_a_reason(name: str, changed: dict[str, float]) -> None:
-    ends = outcomes(cell(name, **changed), name, Action.PLACE_LEFT)
+    ends = outcomes(cell(name, **changed), name, PLACE_LEFT)
     assert [outcome for _, outcome in ends] == [MotionOutcome.NOT_GRASPED] * 4
     assert LEFT not in [state for state, _ in ends]
 
 
 def test_an_object_that_is_pushed_off_centre_slips_off() -> None:
-    ends = outcomes(cell('lemon', arm_bias_x=0.035, push_gap=0.0), 'lemon', Action.PUSH_RIGHT)
+    ends = outcomes(cell('lemon', arm_bias_x=0.035, push_gap=0.0), 'lemon', PUSH_RIGHT)
     assert [state for state, _ in ends].count(RIGHT) <= 1
 
 
 def test_a_push_ends_where_the_arm_does() -> None:
     made = cell('chicken', reach=0.55)
-    state, result = run_trial(made, 'chicken', RIGHT, Action.PUSH_OFFTABLE, 3, error=EXACT)
-    assert state is RIGHT
+    state, result = run_trial(made, 'chicken', RIGHT, PUSH_OFFTABLE, 3, error=EXACT)
+    assert state == RIGHT
     assert result.outcome is MotionOutcome.NO_IK_SOLUTION
     assert result.message.startswith('The arm does not reach far enough to push the chicken.')
 
@@ -100,7 +114,7 @@ def rolled(height: float) -> float:
     made = cell('lemon', release_height=height, lemon_rolling=0.0002, arm_noise=0.006)
     ways = []
     for seed in range(4):
-        run_trial(made, 'lemon', RIGHT, Action.PLACE_LEFT, seed, error=EXACT)
+        run_trial(made, 'lemon', RIGHT, PLACE_LEFT, seed, error=EXACT)
         end = made.true_states()['lemon']
         ways.append(float(np.hypot(end.x - 0.44, end.y - 0.165)))
     return float(np.mean(ways))
@@ -111,10 +125,10 @@ def test_a_dropped_object_rolls_away() -> None:
 
 
 def test_a_trial_depends_on_its_seed_alone() -> None:
-    used, fresh = single_object_cell('pear'), single_object_cell('pear')
+    used, fresh = single_object_cell(WORLD, 'pear'), single_object_cell(WORLD, 'pear')
     for seed in range(3):
-        run_trial(used, 'pear', LEFT, Action.PLACE_RIGHT, seed)
-    ends = [run_trial(made, 'pear', LEFT, Action.PUSH_RIGHT, 9) for made in (used, fresh)]
+        run_trial(used, 'pear', LEFT, PLACE_RIGHT, seed)
+    ends = [run_trial(made, 'pear', LEFT, PUSH_RIGHT, 9) for made in (used, fresh)]
     places = [made.true_states()['pear'] for made in (used, fresh)]
     assert ends[0][0] is ends[1][0]
     assert ends[0][1].message == ends[1][1].message
@@ -122,7 +136,7 @@ def test_a_trial_depends_on_its_seed_alone() -> None:
 
 
 def test_the_gripper_occludes_pushes_to_the_right_only() -> None:
-    seen: dict[Action, list[bool]] = {Action.PUSH_LEFT: [], Action.PUSH_RIGHT: []}
+    seen: dict[Action, list[bool]] = {PUSH_LEFT: [], PUSH_RIGHT: []}
     made = cell('chicken')
     for action, hidden in seen.items():
         eye = SimulatedPerception(made, 0)
@@ -131,14 +145,14 @@ def test_the_gripper_occludes_pushes_to_the_right_only() -> None:
             if made.arm.tool.z < 0.03:
                 hidden.append(eye.look('chicken').state is None)
 
-        start = LEFT if action is Action.PUSH_RIGHT else RIGHT
+        start = LEFT if action == PUSH_RIGHT else RIGHT
         run_trial(made, 'chicken', start, action, 1, on_tick=watch)
-    assert np.mean(seen[Action.PUSH_RIGHT]) > 0.8
-    assert np.mean(seen[Action.PUSH_LEFT]) < 0.1
+    assert np.mean(seen[PUSH_RIGHT]) > 0.8
+    assert np.mean(seen[PUSH_LEFT]) < 0.1
 
 
 def test_settling_ends_when_the_toy_is_at_rest() -> None:
-    made = single_object_cell('chicken')
+    made = single_object_cell(WORLD, 'chicken')
     made.reset(['chicken'], [LEFT], 1)
     began = made.time
     wait_until_at_rest(made, 'chicken')

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from likeme_arm_sim.kinect import Kinect, in_projector_shadow, quantised
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.renderer import Rendering
-from likeme_arm_sim.scene import CameraMount
+from likeme_core.paper_world import WORLD
 
-CAMERA = CameraMount()
+CAMERA = WORLD.camera
 SHAPE = CAMERA.height, CAMERA.width
 
 

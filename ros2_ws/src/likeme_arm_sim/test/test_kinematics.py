@@ -7,7 +7,7 @@ import pytest
 
 from likeme_arm.tool_pose import NoSolutionError, ToolPose, wrap_half_turn
 from likeme_arm_sim.kinematics import HOME, Kinematics
-from likeme_arm_sim.scene import Scene
+from likeme_core.paper_world import WORLD
 
 
 @pytest.fixture(scope='module')
@@ -38,7 +38,7 @@ def test_an_error_out_of_reach_names_both_distances(kinematics: Kinematics) -> N
 
 def test_home_is_beside_the_table(kinematics: Kinematics) -> None:
     tool = kinematics.tool_pose(HOME)
-    assert not Scene().table.top.contains(tool.x, tool.y)
+    assert not WORLD.table.top.contains(tool.x, tool.y)
 
 
 @pytest.mark.parametrize(

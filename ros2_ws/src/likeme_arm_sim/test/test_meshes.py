@@ -7,7 +7,11 @@ import pytest
 
 from likeme_arm_sim.hand_shapes import Posture, Side, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, box, capsule, ellipsoid, hull_from_obj, lathe
-from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.toys import toys_of
+from likeme_core.paper_world import WORLD
+
+TOYS = toys_of(WORLD)
+
 
 RED = (200, 30, 30)
 SOLIDS = {
@@ -15,7 +19,7 @@ SOLIDS = {
     'ellipsoid': ellipsoid((0.03, 0.02, 0.01), RED),
     'capsule': capsule((0.0, 0.0, 0.0), (0.1, 0.05, -0.2), 0.02, RED, 0.01),
     'lathe': lathe([(-0.1, 0.02), (0.0, 0.05), (0.1, 0.0)], RED),
-    'turned': hand_parts(Posture.PUSH, 0.7, side=Side.RIGHT)['palm'],
+    'turned': hand_parts(Posture.PUSH, 0.7, side=Side.RIGHT_HAND)['palm'],
     **{f'{name}_{k}': part for name, toy in TOYS.items() for k, part in enumerate(toy.parts)},
 }
 

@@ -8,9 +8,8 @@ from geometry_msgs.msg import Point
 
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim import messages
-from likeme_arm_sim.scene import CameraMount
+from likeme_core.paper_world import RIGHT, WORLD
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_core.tabletop import State
 from likeme_msgs.msg import ObjectState, TableState
 
 
@@ -24,7 +23,7 @@ def test_images_keep_their_pixels() -> None:
 
 
 def test_camera_info_has_the_true_intrinsics() -> None:
-    camera = CameraMount()
+    camera = WORLD.camera
     info = messages.camera_info_message(camera)
     assert (info.width, info.height) == (640, 480)
     assert (info.k[0], info.k[2], info.k[4], info.k[5]) == (525.0, 319.5, 525.0, 239.5)
@@ -49,12 +48,12 @@ def table(frame: str = 'base_link') -> TableState:
 
 
 def test_views_are_of_what_was_ever_seen() -> None:
-    views = messages.object_views(table())
+    views = messages.object_views(table(), WORLD)
     assert set(views) == {'pear', 'lemon'}
-    assert views['pear'] == ObjectView(0.4, -0.1, 0.5, State.RIGHT)
+    assert views['pear'] == ObjectView(0.4, -0.1, 0.5, RIGHT)
     assert views['lemon'].state is None
 
 
 def test_other_frames_are_refused() -> None:
     with pytest.raises(ValueError, match="'base_link', got 'map'"):
-        messages.object_views(table('map'))
+        messages.object_views(table('map'), WORLD)

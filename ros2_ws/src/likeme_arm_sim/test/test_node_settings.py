@@ -12,18 +12,21 @@ from likeme_arm_sim.node_settings import (
     simulation_settings,
 )
 from likeme_arm_sim.simulation_driver import SimulationSettings
-from likeme_core.tabletop import State
+from likeme_core.paper_world import LEFT, RIGHT, WORLD
 
 
 def test_initial_states_are_read() -> None:
-    assert initial_states(['pear:LEFT']) == {'pear': State.LEFT}
-    with pytest.raises(ValueError, match="got 'pear=LEFT'"):
-        initial_states(['pear=LEFT'])
+    assert initial_states([''], WORLD) is None
+    given = initial_states(['pear:left'], WORLD)
+    assert given == {'pear': LEFT, 'lemon': LEFT, 'chicken': RIGHT}
+    for wrong in ('pear=LEFT', 'apple:LEFT', 'pear:UP'):
+        with pytest.raises(ValueError, match='Expected .*, got '):
+            initial_states([wrong], WORLD)
 
 
 def test_the_defaults_are_the_cores_own() -> None:
     values = {name: setting.default for name, setting in SETTINGS.items()}
-    assert cell_settings(values) == CellSettings()
+    assert cell_settings(values, WORLD) == CellSettings()
     assert simulation_settings(values) == SimulationSettings()
 
 

@@ -7,11 +7,13 @@ from dataclasses import replace
 import pytest
 
 from likeme_arm_sim.cell import Cell, CellSettings
-from likeme_arm_sim.physics import TOY_PHYSICS, GripperPhysics, HandPhysics, Physics
-from likeme_arm_sim.scene import OBJECTS, Scene
-from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.physics import GripperPhysics, HandPhysics, Physics
+from likeme_arm_sim.toys import toys_of
+from likeme_core.paper_world import WORLD
 
-HEAVY = replace(TOY_PHYSICS['lemon'], mass=0.2, friction=0.3, rolling_friction=0.001)
+TOYS = toys_of(WORLD)
+
+HEAVY = replace(TOYS['lemon'].physics, mass=0.2, friction=0.3, rolling_friction=0.001)
 OTHER = Physics(
     ground_friction=0.9,
     toys={'lemon': HEAVY},
@@ -22,29 +24,29 @@ OTHER = Physics(
 
 @pytest.fixture(scope='module')
 def cell() -> Cell:
-    return Cell(Scene(), 1, CellSettings(physics=OTHER))
+    return Cell(WORLD, 1, CellSettings(physics=OTHER))
 
 
 def dynamics(cell: Cell, body: int, link: int = -1) -> tuple[float, ...]:
     """Mass, friction, inertia, ... as bullet has them."""
-    return tuple(cell.world.client.getDynamicsInfo(body, link))
+    return tuple(cell.physics_world.client.getDynamicsInfo(body, link))
 
 
 def test_every_object_has_its_numbers() -> None:
-    assert set(TOY_PHYSICS) == set(OBJECTS)
+    assert set(TOYS) == set(WORLD.objects)
 
 
 def test_numbers_of_a_cells_own_are_used(cell: Cell) -> None:
-    mass, friction, inertia = dynamics(cell, cell.world.toys['lemon'])[:3]
+    mass, friction, inertia = dynamics(cell, cell.physics_world.toys['lemon'])[:3]
     assert (mass, friction) == (HEAVY.mass, HEAVY.friction)
     assert inertia == pytest.approx(TOYS['lemon'].with_physics(HEAVY).inertia)
-    assert dynamics(cell, cell.world.table)[1] == OTHER.ground_friction
+    assert dynamics(cell, cell.physics_world.table)[1] == OTHER.ground_friction
     assert dynamics(cell, cell.arm.body, 9)[1] == OTHER.gripper.friction
 
 
 def test_what_is_not_named_keeps_its_own(cell: Cell) -> None:
-    pear = dynamics(cell, cell.world.toys['pear'])
-    assert pear[:2] == (TOY_PHYSICS['pear'].mass, TOY_PHYSICS['pear'].friction)
+    pear = dynamics(cell, cell.physics_world.toys['pear'])
+    assert pear[:2] == (TOYS['pear'].physics.mass, TOYS['pear'].physics.friction)
 
 
 def test_inertia_grows_with_mass() -> None:

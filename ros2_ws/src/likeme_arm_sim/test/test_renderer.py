@@ -8,15 +8,19 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from likeme_arm_sim.background import BLUE, cell_background
+from likeme_arm_sim.background import cell_background
 from likeme_arm_sim.hand_shapes import Posture, hand_parts
 from likeme_arm_sim.meshes import ConvexMesh, Floats, box, ellipsoid
 from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.renderer import MeshRenderer, RenderBody, Rendering
-from likeme_arm_sim.scene import CameraMount, Scene
-from likeme_arm_sim.toys import TOYS
+from likeme_arm_sim.toys import toys_of
+from likeme_core.camera_mount import CameraMount
+from likeme_core.paper_world import WORLD
 
-SCENE = Scene()
+TOYS = toys_of(WORLD)
+
+
+SCENE = WORLD
 RED = (200, 30, 30)
 
 
@@ -133,7 +137,7 @@ def shown(renderer: MeshRenderer, *bodies: RenderBody) -> Rendering:
 
 @pytest.fixture(scope='module')
 def cell() -> MeshRenderer:
-    return MeshRenderer(SCENE.camera, cell_background(SCENE))
+    return MeshRenderer(SCENE.camera, cell_background(SCENE.table))
 
 
 def pixel_of(x: float, y: float, z: float) -> tuple[int, int]:
@@ -147,9 +151,9 @@ def pixel_of(x: float, y: float, z: float) -> tuple[int, int]:
 
 def test_the_empty_cell_shows_table_and_blue_line_where_they_are(cell: MeshRenderer) -> None:
     frame = shown(cell)
-    line = frame.rgb[pixel_of(0.44, SCENE.table.blue_line_y, 0.0)].astype(int)
+    line = frame.rgb[pixel_of(0.44, 0.0, 0.0)].astype(int)
     wood = frame.rgb[pixel_of(0.44, 0.2, 0.0)].astype(int)
-    assert np.argmax(line) == np.argmax(BLUE)
+    assert np.argmax(line) == np.argmax(SCENE.table.lines[0].colour)
     assert wood[0] > wood[1] > wood[2]
     place = np.linalg.inv(SCENE.camera.pose()) @ [0.44, 0.2, 0.0, 1.0]
     assert frame.depth[pixel_of(0.44, 0.2, 0.0)] == pytest.approx(place[2], abs=0.002)

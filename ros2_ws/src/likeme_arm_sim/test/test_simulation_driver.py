@@ -11,12 +11,11 @@ import pytest
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim import simulation_thread
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.scene import Scene
 from likeme_arm_sim.simulation_driver import SimulationDriver, SimulationSettings, StampedResult
 from likeme_core.outcomes import Actor, MotionOutcome
-from likeme_core.tabletop import State
+from likeme_core.paper_world import RIGHT, WORLD
 
-CHICKEN = {'chicken': ObjectView(0.44, -0.2, 0.0, State.RIGHT)}
+CHICKEN = {'chicken': ObjectView(0.44, -0.2, 0.0, RIGHT)}
 
 
 class Watched:
@@ -40,7 +39,7 @@ class Watched:
 
 @pytest.fixture(scope='module')
 def cell() -> Cell:
-    return Cell(Scene(), 1)
+    return Cell(WORLD, 1)
 
 
 @pytest.fixture
@@ -95,7 +94,9 @@ def test_a_late_request_is_not_begun(watched: Watched) -> None:
 def test_a_refused_reset_says_why(watched: Watched) -> None:
     job = watched.driver.reset(['pear'], [9], 0)
     assert job is not None
-    assert str(job.exception(10.0)) == 'Expected a state from 0 to 2, got 9.'
+    assert str(job.exception(10.0)) == (
+        'Expected a state of chung2015 (left, right, offtable), got 9.'
+    )
     assert watched.errors == []
 
 

@@ -8,7 +8,11 @@ import pybullet as bullet
 import pytest
 from numpy.typing import NDArray
 
-from likeme_arm_sim.toys import TOYS, Toy, spawn
+from likeme_arm_sim.toys import Toy, spawn, toys_of
+from likeme_core.paper_world import WORLD
+
+TOYS = toys_of(WORLD)
+
 
 GRIPPER_OPENING = 0.08
 

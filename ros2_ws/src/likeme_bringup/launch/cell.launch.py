@@ -14,6 +14,7 @@ from launch import LaunchContext, LaunchDescription
 from likeme_arm_sim.simulated_parts import SimulatedPart
 from likeme_bringup.start_cell import Part, StartOptions, executable
 from likeme_core.tabletop import Mode
+from likeme_core.world import load_world
 
 ARGUMENTS = {
     'only': ('', 'Parts to start, separated by commas: arm, perception, inference; empty: all.'),
@@ -26,6 +27,7 @@ ARGUMENTS = {
     'real_time_factor': ('', '1: real time; 0: as fast as possible.'),
     'model': ('', 'Transition model file of the robot.'),
     'experience': ('', 'Experience store: executed imitations improve the model.'),
+    'world': ('', 'A shipped world or a world file.'),
     'params': ('', 'ROS parameter file; config/cell.yaml has all names.'),
     'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
 }
@@ -51,6 +53,7 @@ def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
         real_time_factor=float(given['real_time_factor']) if given['real_time_factor'] else None,
         experience=given['experience'] or None,
         model=Path(given['model']) if given['model'] else None,
+        world=load_world(given['world']).source if given['world'] else None,
     )
     parts = [Part(name) for name in names(given['only'])] or list(Part)
     return [*environment(given), *(node(part, options, given['params']) for part in parts)]

@@ -20,14 +20,16 @@ from domain_coordinator import domain_id
 from rich.console import Console
 
 from likeme_bringup import narration
-from likeme_bringup.demo_acts import PAPER_ACTS, DemoAct
+from likeme_bringup.demo_acts import DemoAct, demo_act, story_acts
 from likeme_bringup.demo_node import DONE_BY_HAND, DemoStoppedError, Operator, run_acts
 from likeme_bringup.enum_choice import choices, member
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
+from likeme_core.cli import WORLD_DEFAULT, WorldOption
 from likeme_core.instance_lock import is_free
 from likeme_core.processes import die_with_parent, interrupt
-from likeme_core.tabletop import Manner, State
+from likeme_core.tabletop import Manner
+from likeme_core.world import World
 from likeme_inference.console_replies import read_reply
 from likeme_inference.node_settings import read_model
 
@@ -47,12 +49,13 @@ class Answerer(StrEnum):
 def main(
     seed: Annotated[int, typer.Option(help='Draws the positions, the hand and the noise.')] = 1,
     object_: Annotated[
-        str | None, typer.Option('--object', help='pear, lemon or chicken, instead of the two.')
+        str | None,
+        typer.Option('--object', help='Show an act with this object instead of the story.'),
     ] = None,
     show: Annotated[
-        tuple[str, str],
-        typer.Option(metavar='FROM TO', help=f'What the person shows: {choices(State)}.'),
-    ] = ('right', 'left'),
+        tuple[str, str] | None,
+        typer.Option(metavar='FROM TO', help='What the person shows: two regions of the world.'),
+    ] = None,
     by: Annotated[
         str, typer.Option(help=f'How the person shows it: {choices(Manner)}.')
     ] = 'place',
@@ -64,6 +67,7 @@ def main(
         Path | None,
         typer.Option(exists=True, dir_okay=False, help='Another transition model file.'),
     ] = None,
+    world: WorldOption = WORLD_DEFAULT,
     out: Annotated[
         Path, typer.Option(help='Folder for the picture and the log of the nodes.')
     ] = Path('out/demo'),
@@ -72,12 +76,12 @@ def main(
 
     Exit code 0: every act reached the goal that was shown. 1: one did not, or the demo stopped.
     """
-    acts = _acts(object_, member(State, show[0]), member(State, show[1]), member(Manner, by))
-    _check_model(model, acts)
+    acts = _acts(world, object_, show, member(Manner, by))
+    _check_model(world, model, acts)
     log = _log_in(out)
     began = time.monotonic()
-    with domain_id(_free_domain()) as domain, _cell(domain, seed, model, log) as check_cell:
-        results, rows = run_acts(acts, seed, _tell, _operator(operator), check_cell)
+    with domain_id(_free_domain()) as domain, _cell(world, domain, seed, model, log) as check_cell:
+        results, rows = run_acts(world, acts, seed, _tell, _operator(operator), check_cell)
     seconds = time.monotonic() - began
     _tell('\n' + narration.summary(results, len(acts), seconds))
     if any(row.panels for row in rows):
@@ -86,22 +90,30 @@ def main(
     raise typer.Exit(0 if len(results) == len(acts) and all(r.reached for r in results) else 1)
 
 
-def _acts(object_: str | None, start: State, end: State, by: Manner) -> Sequence[DemoAct]:
-    default = (start, end, by) == (State.RIGHT, State.LEFT, Manner.PLACE)
-    if object_ is None and default:
-        return PAPER_ACTS
-    if start == end or start == State.OFFTABLE:
-        raise typer.BadParameter(
-            f'expected a change that starts on the table, got {start.name} to {end.name}',
-            param_hint='--show',
+def _acts(
+    world: World, name: str | None, show: tuple[str, str] | None, by: Manner
+) -> Sequence[DemoAct]:
+    """The story of the world, or the one act that the options name."""
+    try:
+        if name is None and show is None and by is Manner.PLACE:
+            return story_acts(world)
+        first = story_acts(world)[0] if world.story else None
+        if first is None and (name is None or show is None):
+            raise ValueError('Expected --object and --show, as the world has no story.')
+        start, end = (
+            (first.start, first.end)
+            if show is None and first is not None
+            else tuple(world.state(word) for word in show or ())
         )
-    return (DemoAct(object_ or 'chicken', start, end, by),)
+        return (demo_act(world, name or (first.object if first else ''), start, end, by),)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint='--show') from None
 
 
-def _check_model(path: Path | None, acts: Sequence[DemoAct]) -> None:
+def _check_model(world: World, path: Path | None, acts: Sequence[DemoAct]) -> None:
     """Refuse a model file that cannot be read, and objects that the robot never tried."""
     try:
-        known = list(read_model(str(path or '')).objects)
+        known = list(read_model(str(path or ''), world).objects)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint='--model') from None
     for act in acts:
@@ -131,10 +143,13 @@ def _free_domain() -> Callable[[], int]:
 
 
 @contextmanager
-def _cell(domain: int, seed: int, model: Path | None, log: Path) -> Iterator[Callable[[], None]]:
+def _cell(
+    world: World, domain: int, seed: int, model: Path | None, log: Path
+) -> Iterator[Callable[[], None]]:
     """Run the three nodes as `start_cell` does; yields a check that raises if they ended."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--seed', str(seed)]
+    command += ['--world', world.source]
     if model is not None:
         command += ['--model', str(model.resolve())]
     with log.open('w') as sink:

@@ -5,31 +5,29 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from likeme_core.tabletop import Action, Manner, State
+from likeme_core.world import World
 
 
 @dataclass(frozen=True)
 class DemoAct:
-    """One demonstration: the person moves `object` from `start` to `end`."""
+    """One demonstration: the person moves `object` from `start` to `end`.
+
+    Attributes:
+        action: by which the person does it.
+        undo: by which the person puts the object back.
+    """
 
     object: str
     start: State
     end: State
-    manner: Manner = Manner.PLACE
-
-    @property
-    def action(self) -> Action:
-        """The person's action."""
-        return Action.of(self.manner, self.end)
-
-    @property
-    def undo(self) -> Action:
-        """The action by which the person puts the object back."""
-        return Action.of(Manner.PLACE, self.start)
+    action: Action
+    undo: Action
 
     def title(self) -> str:
-        """E.g. 'chicken, RIGHT to LEFT, by placing it'."""
-        manner = 'pushing' if self.manner is Manner.PUSH else 'placing'
-        return f'{self.object}, {self.start.name} to {self.end.name}, by {manner} it'
+        """The object, its change of state, and how the person makes it."""
+        how = {Manner.PLACE: 'placing', Manner.PUSH: 'pushing', Manner.DROP: 'dropping'}
+        by = how[self.action.manner]
+        return f'{self.object}, {self.start.name} to {self.end.name}, by {by} it'
 
 
 @dataclass(frozen=True)
@@ -48,8 +46,36 @@ class DemoActResult:
     message: str
 
 
-#: The robot predicts success of the first with 0.9, and asks for help with the second (0.4).
-PAPER_ACTS: tuple[DemoAct, ...] = (
-    DemoAct('chicken', State.RIGHT, State.LEFT),
-    DemoAct('pear', State.RIGHT, State.LEFT),
-)
+def demo_act(world: World, name: str, start: State, end: State, manner: Manner) -> DemoAct:
+    """An act of a world.
+
+    Raises:
+        ValueError: no such object, no change from a region within reach, or no such action.
+    """
+    world.object(name)
+    if start == end or start in world.out_of_reach:
+        raise ValueError(
+            'Expected a change that starts where the robot can reach, '
+            f'got {start.name} to {end.name}.'
+        )
+    action = world.action_of(manner, end)
+    if action is None:
+        raise ValueError(
+            f'Expected an action of {world.name}, got none that moves by '
+            f'{manner.name.lower()} to {end.name}.'
+        )
+    return DemoAct(name, start, end, action, world.action_to(start))
+
+
+def story_acts(world: World) -> tuple[DemoAct, ...]:
+    """The story of the world file.
+
+    Raises:
+        ValueError: it has none.
+    """
+    if not world.story:
+        raise ValueError(
+            f'Expected a story in the world {world.name}, got none: name an act by --object '
+            'and --show.'
+        )
+    return tuple(demo_act(world, *step) for step in world.story)

@@ -19,7 +19,8 @@ from likeme_bringup.demo_acts import DemoAct, DemoActResult
 from likeme_bringup.frame_buffer import FrameBuffer
 from likeme_bringup.storyboard import Panel, StoryboardRow
 from likeme_core.ros.qos import LATCHED
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 from likeme_perception.rgbd import decode_rgb
@@ -47,10 +48,15 @@ class DemoNode(Node):
     """
 
     def __init__(
-        self, tell: Callable[[str], None], operator: Operator, check_cell: Callable[[], None]
+        self,
+        world: World,
+        tell: Callable[[str], None],
+        operator: Operator,
+        check_cell: Callable[[], None],
     ) -> None:
         """tell: prints a sentence. check_cell: raises when the cell has ended."""
         super().__init__('demo')
+        self._world = world
         self._tell, self._operator, self._check_cell = tell, operator, check_cell
         # Messages received since the act began, by their type.
         self._received: dict[type, list[Any]] = defaultdict(list)
@@ -95,8 +101,11 @@ class DemoNode(Node):
         self._demonstrate(act)
         self._put_back(act)
         choice = self._next_decision()
-        self._tell(narration.decision(choice, act))
-        asked, caption = choice.kind == Decision.ASK_HUMAN, narration.action_caption(choice)
+        self._tell(narration.decision(self._world, choice, act))
+        asked, caption = (
+            choice.kind == Decision.ASK_HUMAN,
+            narration.action_caption(self._world, choice),
+        )
         if asked:
             caption = self._answer(choice)
         elif choice.kind != Decision.EXECUTE:
@@ -111,24 +120,25 @@ class DemoNode(Node):
         return DemoActResult(act, reached, asked, outcome.sentence)
 
     def _set_up_table(self, act: DemoAct, seed: int) -> None:
-        request = ResetCell.Request(objects=[act.object], states=[int(act.start)], seed=seed)
+        request = ResetCell.Request(objects=[act.object], states=[act.start.name], seed=seed)
         reply = self._call(self._reset, request, EVENT_TIMEOUT)
         if not reply.success:
             raise DemoStoppedError(f'Expected the table to be set up, got: {reply.message}')
         self._wait_for_object(act.object, act.start)
-        self._tell(narration.table(self._table))
+        self._tell(narration.table(self._world, self._table))
 
     def _demonstrate(self, act: DemoAct) -> None:
         self._tell(f'A person shows: {act.title()}.')
         self._move_by_hand(act.object, act.action)
         demo = self._first(Demonstration, EVENT_TIMEOUT, 'a demonstration')
         self._keep_middle_frame('a person shows')
-        self._tell(narration.demonstration(demo))
+        self._tell(narration.demonstration(self._world, demo))
         if (demo.object, demo.x_i, demo.x_f) != (act.object, act.start, act.end):
             raise DemoStoppedError(
                 f'Expected to see {act.title()}; the camera saw something else.'
             )
-        self._tell(narration.belief(self._first(GoalBelief, REPLY_TIMEOUT, 'a goal belief')))
+        belief = self._first(GoalBelief, REPLY_TIMEOUT, 'a goal belief')
+        self._tell(narration.belief(self._world, belief))
 
     def _put_back(self, act: DemoAct) -> None:
         at_goal = self._next_decision()
@@ -166,7 +176,9 @@ class DemoNode(Node):
         answer, name = self._operator(pending[0], self._check)
         if answer == DONE_BY_HAND:
             self._tell(f'{name[0].upper()}{name[1:]} does it by hand.')
-            self._move_by_hand(choice.object, Action.of(Manner.PLACE, State(choice.goal)))
+            self._move_by_hand(
+                choice.object, self._world.action_to(self._world.state(choice.goal))
+            )
         given = AskHuman.Request(
             command=AskHuman.Request.ANSWER, request_id=choice.id, answer=answer, answered_by=name
         )
@@ -174,11 +186,14 @@ class DemoNode(Node):
         if not reply.success:
             raise DemoStoppedError(f'Expected the answer to be accepted, got: {reply.message}')
         self._tell(reply.message)
-        captions = {DONE_BY_HAND: 'a person helps', TRY_ANYWAY: narration.action_caption(choice)}
+        captions = {
+            DONE_BY_HAND: 'a person helps',
+            TRY_ANYWAY: narration.action_caption(self._world, choice),
+        }
         return captions.get(answer, 'skipped')
 
     def _move_by_hand(self, name: str, action: Action) -> None:
-        request = ExecuteAction.Request(object=name, action=int(action))
+        request = ExecuteAction.Request(object=name, action=action.name, world=self._world.label)
         reply = self._call(self._human, request, MOTION_TIMEOUT)
         if not reply.success:
             raise DemoStoppedError(f'Expected the hand to do {action.name}, got: {reply.message}')
@@ -239,6 +254,7 @@ class DemoNode(Node):
 
 
 def run_acts(
+    world: World,
     acts: Sequence[DemoAct],
     seed: int,
     tell: Callable[[str], None],
@@ -247,7 +263,7 @@ def run_acts(
 ) -> tuple[list[DemoActResult], list[StoryboardRow]]:
     """Run the acts in order; stops at the first that cannot be completed."""
     rclpy.init()
-    node = DemoNode(tell, operator, check_cell)
+    node = DemoNode(world, tell, operator, check_cell)
     results: list[DemoActResult] = []
     try:
         node.wait_until_ready()

@@ -16,6 +16,7 @@ from likeme_bringup.supervisor import Child, Supervisor
 from likeme_core.cli import Domain
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
+from likeme_core.world import load_world
 
 
 class Part(StrEnum):
@@ -34,7 +35,10 @@ MODULES = {
 
 
 class StartOptions(NamedTuple):
-    """Options of a start; None leaves the node's default or the parameter file's value."""
+    """Options of a start; None leaves the node's default or the parameter file's value.
+
+    world: see World.source.
+    """
 
     simulate: tuple[SimulatedPart, ...] | None = None
     mode: Mode | None = None
@@ -45,6 +49,7 @@ class StartOptions(NamedTuple):
     model: Path | None = None
     experience: str | None = None
     parameter_files: tuple[Path, ...] = ()
+    world: str | None = None
 
     def overrides(self, part: Part) -> dict[str, object]:
         """ROS parameters of one node that override the files."""
@@ -63,7 +68,8 @@ class StartOptions(NamedTuple):
                 'experience_store': self.experience,
             },
         }
-        return {name: value for name, value in values[part].items() if value is not None}
+        given = {'world': self.world} | values[part]
+        return {name: value for name, value in given.items() if value is not None}
 
 
 DEFAULTS = StartOptions()
@@ -105,6 +111,18 @@ def parameter_file(path: Path) -> Path:
         raise typer.BadParameter(str(error), param_hint='--params') from None
 
 
+def world_source(name: str) -> str:
+    """What the nodes read a world from, after it was checked.
+
+    Raises:
+        typer.BadParameter: no such world, or it is not valid.
+    """
+    try:
+        return load_world(name).source
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint='--world') from None
+
+
 def start_cell(
     only: Annotated[
         list[Part] | None, typer.Option(help='Start this part alone; may be repeated.')
@@ -143,6 +161,9 @@ def start_cell(
             exists=True, dir_okay=False, help='ROS parameter file; config/cell.yaml has all names.'
         ),
     ] = None,
+    world: Annotated[
+        str | None, typer.Option(metavar='NAME|FILE', help='A shipped world or a world file.')
+    ] = None,
     domain: Domain = 0,
 ) -> None:
     """Start arm driver, perception and inference; Ctrl-C ends them all."""
@@ -158,6 +179,7 @@ def start_cell(
         model.resolve() if model else None,
         experience,
         tuple(parameter_file(path) for path in params or ()),
+        None if world is None else world_source(world),
     )
     supervisor = Supervisor(children(parts, options, network))
     reach = 'the subnet' if network else 'this host only'

@@ -6,20 +6,20 @@ import pytest
 import typer
 
 from likeme_bringup.enum_choice import choices, member
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.tabletop import Manner, Mode
 
 
-@pytest.mark.parametrize('enum', [State, Action, Manner])
+@pytest.mark.parametrize('enum', [Manner, Mode])
 def test_every_member_is_known_by_its_name_in_lower_case(enum: type) -> None:
     for each in enum:
         assert member(enum, each.name.lower()) is each
 
 
-@pytest.mark.parametrize('name', ['up', 'LEFT', '0', ''])
+@pytest.mark.parametrize('name', ['up', 'PLACE', '0', ''])
 def test_an_unknown_name_is_refused(name: str) -> None:
-    with pytest.raises(typer.BadParameter, match='expected left, right or offtable, got '):
-        member(State, name)
+    with pytest.raises(typer.BadParameter, match='expected place, push or drop, got '):
+        member(Manner, name)
 
 
 def test_choices_are_listed_for_help() -> None:
-    assert choices(Manner) == 'place or push'
+    assert choices(Manner) == 'place, push or drop'

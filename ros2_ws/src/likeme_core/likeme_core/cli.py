@@ -2,9 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from likeme_core.world import World, load_world
+from likeme_core.world.file import DEFAULT_WORLD
+
 #: 232 is the greatest domain ID for which DDS has ports.
 Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
+
+
+def _read_world(value: str | World) -> World:
+    """A world by its name or its file, for typer."""
+    if isinstance(value, World):
+        return value
+    try:
+        return load_world(value)
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+#: Default: typer.Option needs the text that stands for it.
+WORLD_DEFAULT: Any = DEFAULT_WORLD
+WorldOption = Annotated[
+    World,
+    typer.Option(
+        '--world', metavar='NAME|FILE', parser=_read_world, help='A shipped world or a world file.'
+    ),
+]

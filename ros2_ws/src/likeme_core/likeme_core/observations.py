@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.tabletop import Manner, State
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Demonstration:
         start, end: when the hand entered and when it left.
         x_i_probability, x_f_probability: probability of each State, each summing to 1; empty: x_i
             and x_f are certain.
-        manner_probability: of `manner`, 0.5 to 1.
+        manner_probability: of `manner`, up to 1.
         rise: greatest height above its initial position, m.
     """
 
@@ -50,11 +50,6 @@ class Demonstration:
     x_f_probability: tuple[float, ...] = ()
     manner_probability: float = 1.0
     rise: float = 0.0
-
-    @property
-    def action(self) -> Action:
-        """The robot action with the same manner and target."""
-        return Action.of(self.manner, self.x_f)
 
     def undoes(self, other: Demonstration) -> bool:
         """Whether this act moves the same object back."""

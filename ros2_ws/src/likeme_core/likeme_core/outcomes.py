@@ -27,6 +27,7 @@ class MotionOutcome(IntEnum):
     BUSY = 8
     EXPIRED = 9
     FAILED = 10
+    OTHER_WORLD = 11
 
     @property
     def moved(self) -> bool:

@@ -22,6 +22,12 @@ class Setting(NamedTuple):
     read_only: bool = False
 
 
+#: The parameter by which every node takes its world.
+WORLD = Setting(
+    'chung2015', "A shipped world's name, or the path of a world file.", read_only=True
+)
+
+
 def defaults(settings: Mapping[str, Setting]) -> dict[str, Any]:
     """The default of every parameter by name."""
     return {name: setting.default for name, setting in settings.items()}

@@ -5,30 +5,31 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from likeme_core.geometry import Rectangle
-from likeme_core.regions import Regions
-from likeme_core.tabletop import State
+
+Colour = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class PaintedLine:
+    """A straight line on the table top, as the paper's blue line.
+
+    start, end: (x, y), m. width: m. colour: RGB.
+    """
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    width: float
+    colour: Colour
 
 
 @dataclass(frozen=True)
 class Table:
-    """A slab with its top at z = 0 in base_link, m.
+    """A slab with its top at z = 0 in base_link, m; an object with its centroid below has fallen.
 
-    The work area is the part of the top that is LEFT or RIGHT, separated by the blue line. An
-    object with its centroid below the slab is OFFTABLE.
+    lines: drawn on the top by the simulator; perception does not need them.
     """
 
-    top: Rectangle = Rectangle(0.22, 0.66, -0.38, 0.38)
-    work_area: Rectangle = Rectangle(0.27, 0.61, -0.33, 0.33)
-    blue_line_y: float = 0.0
-    blue_line_width: float = 0.012
-    thickness: float = 0.03
-    floor_z: float = -0.20
-
-    @property
-    def regions(self) -> Regions:
-        """LEFT, RIGHT and OFFTABLE on this table."""
-        return Regions(self.work_area, self.blue_line_y, self.thickness)
-
-    def state_of(self, x: float, y: float, z: float = 0.0) -> State:
-        """State of an object with this centroid (m)."""
-        return self.regions.state_of(x, y, z)
+    top: Rectangle
+    thickness: float
+    floor_z: float
+    lines: tuple[PaintedLine, ...] = ()

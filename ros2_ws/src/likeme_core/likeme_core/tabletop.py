@@ -1,53 +1,103 @@
-"""States, actions and modes of the tabletop task, with the numbers of the authors' data.
+"""States, actions and modes of the tabletop task. A world file defines which there are.
 
-The constants of likeme_msgs/ObjectState, Demonstration and ExecuteAction have the same names and
-numbers.
+States and actions are integers, their numbers in their world, so that they index arrays; they know
+their names. likeme_msgs carries the numbers, and the topic `world` says what they mean.
 """
 
 from __future__ import annotations
 
 from enum import IntEnum, StrEnum
+from typing import Any, NamedTuple
 
 
-class State(IntEnum):
-    """Region of an object: a value of X_i, X_f or G. LEFT is the robot's left, y > 0."""
+class State(int):
+    """Region of an object: a value of X_i, X_f or G.
 
-    LEFT = 0
-    RIGHT = 1
-    OFFTABLE = 2
+    Attributes:
+        name: in the world file.
+    """
+
+    name: str
+
+    def __new__(cls, number: int, name: str) -> State:
+        """number: position in the world's list of regions."""
+        state = super().__new__(cls, number)
+        state.name = name
+        return state
+
+    def __reduce__(self) -> tuple[type[State], tuple[Any, ...]]:
+        return State, (int(self), self.name)
+
+    def __repr__(self) -> str:
+        return self.name
+
+    __str__ = __repr__
+
+
+class Handling(NamedTuple):
+    """What a manner does with the object.
+
+    Attributes:
+        grasped: whether it is lifted, rather than slid on the table.
+        past: the manner as people tell it.
+        fall: height of the grasp point above the table from which a lifted object is let fall, m;
+            0: it is set down.
+    """
+
+    grasped: bool
+    past: str
+    fall: float = 0.0
 
 
 class Manner(IntEnum):
-    """How an object is moved: PLACE lifts it and puts it down, PUSH slides it on the table."""
+    """How an object is moved.
+
+    PLACE lifts it and sets it down, PUSH slides it on the table, DROP lifts it and lets it fall.
+    """
 
     PLACE = 0
     PUSH = 1
-
-
-class Action(IntEnum):
-    """The robot's six actions: a value of A (paper, section Robot Action)."""
-
-    PLACE_LEFT = 0
-    PLACE_RIGHT = 1
-    PLACE_OFFTABLE = 2
-    PUSH_LEFT = 3
-    PUSH_RIGHT = 4
-    PUSH_OFFTABLE = 5
+    DROP = 2
 
     @property
-    def target(self) -> State:
-        """The state the action aims at."""
-        return State(self % len(State))
+    def handling(self) -> Handling:
+        """What robot and person do, and what perception tells the manner by."""
+        return _HANDLING[self]
 
-    @property
-    def manner(self) -> Manner:
-        """PLACE or PUSH."""
-        return Manner(self // len(State))
 
-    @classmethod
-    def of(cls, manner: Manner, target: State) -> Action:
-        """The action of a manner and a target."""
-        return cls(manner * len(State) + target)
+_HANDLING = {
+    Manner.PLACE: Handling(grasped=True, past='placed'),
+    Manner.PUSH: Handling(grasped=False, past='pushed'),
+    Manner.DROP: Handling(grasped=True, past='dropped', fall=0.24),
+}
+
+
+class Action(int):
+    """An action of the robot: a value of A (paper, section Robot Action).
+
+    Attributes:
+        name: in the world file.
+        manner: how it moves an object.
+        target: the state it aims at.
+    """
+
+    name: str
+    manner: Manner
+    target: State
+
+    def __new__(cls, number: int, name: str, manner: Manner, target: State) -> Action:
+        """number: position in the world's list of actions."""
+        action = super().__new__(cls, number)
+        action.name, action.manner, action.target = name, manner, target
+        return action
+
+    def __reduce__(self) -> tuple[type[Action], tuple[Any, ...]]:
+        return Action, (int(self), self.name, self.manner, self.target)
+
+    def __repr__(self) -> str:
+        return self.name
+
+    __str__ = __repr__
 
 
 class Mode(StrEnum):

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_core.geometry import Rectangle
-from likeme_core.regions import Regions
-from likeme_core.table import Table
+from likeme_core.geometry import Polygon, Rectangle, overlap
+from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.tabletop import State
 
 AREA = Rectangle(0.27, 0.61, -0.33, 0.33)
@@ -43,25 +42,60 @@ def test_an_empty_rectangle_is_refused(limits: tuple[float, float, float, float]
 @pytest.mark.parametrize(
     ('x', 'y', 'z', 'state'),
     [
-        (0.4, 0.1, 0.03, State.LEFT),
-        (0.4, -0.1, 0.03, State.RIGHT),
-        (0.4, 0.0, 0.03, State.RIGHT),
-        (0.4, 0.34, 0.03, State.OFFTABLE),
-        (0.62, 0.1, 0.03, State.OFFTABLE),
-        (0.26, -0.1, 0.03, State.OFFTABLE),
-        (0.4, 0.1, -0.17, State.OFFTABLE),
-        (0.4, 0.1, -0.029, State.LEFT),
+        (0.4, 0.1, 0.03, LEFT),
+        (0.4, -0.1, 0.03, RIGHT),
+        (0.4, 0.0, 0.03, RIGHT),
+        (0.4, 0.34, 0.03, OFFTABLE),
+        (0.62, 0.1, 0.03, OFFTABLE),
+        (0.26, -0.1, 0.03, OFFTABLE),
+        (0.4, 0.1, -0.17, OFFTABLE),
+        (0.4, 0.1, -0.029, LEFT),
     ],
 )
 def test_the_centroid_rule(x: float, y: float, z: float, state: State) -> None:
-    assert Regions(AREA, 0.0).state_of(x, y, z) is state
-    assert Table().state_of(x, y, z) is state
+    assert WORLD.regions.state_of(x, y, z) == state
 
 
-def test_the_blue_line_can_be_moved() -> None:
-    assert Regions(AREA, 0.15).state_of(0.4, 0.1) is State.RIGHT
+def test_the_work_area_is_around_all_areas() -> None:
+    assert WORLD.regions.work_area == AREA
 
 
-def test_the_regions_of_a_table_have_its_dimensions() -> None:
-    table = Table(blue_line_y=0.05, thickness=0.04)
-    assert table.regions == Regions(table.work_area, 0.05, 0.04)
+ARROW = Polygon(((0.0, 0.0), (0.4, 0.0), (0.2, 0.2), (0.4, 0.4), (0.0, 0.4)))
+
+
+def test_a_polygon_contains_its_edges_and_a_margin() -> None:
+    assert ARROW.contains(0.1, 0.2)
+    assert ARROW.contains(0.3, 0.0)
+    assert not ARROW.contains(0.3, 0.2)
+    assert ARROW.contains(0.3, -0.01, margin=0.02)
+    assert not ARROW.contains(0.3, 0.01, margin=-0.02)
+    inside = ARROW.contains(np.array([0.1, 0.3]), np.array([0.2, 0.2]))
+    np.testing.assert_array_equal(inside, [True, False])
+
+
+def test_the_centre_of_a_polygon_is_inside() -> None:
+    thin = Polygon(((0.0, 0.0), (1.0, 0.0), (1.0, 0.1), (0.1, 0.1), (0.1, 1.0), (0.0, 1.0)))
+    assert thin.contains(*thin.centre)
+    assert ARROW.bounds == Rectangle(0.0, 0.4, 0.0, 0.4)
+
+
+@pytest.mark.parametrize(
+    ('vertices', 'said'),
+    [
+        (((0, 0), (1, 0)), '3 vertices or more, got 2'),
+        (((0, 0), (1, 1), (1, 0), (0, 1)), 'sides that do not cross'),
+        (((0, 0), (1, 0), (2, 0)), 'sides that do not cross'),
+    ],
+)
+def test_a_polygon_that_is_none_is_refused(
+    vertices: tuple[tuple[float, float], ...], said: str
+) -> None:
+    with pytest.raises(ValueError, match=said):
+        Polygon(vertices)
+
+
+def test_areas_that_share_a_border_do_not_overlap() -> None:
+    left, right = Rectangle(0, 1, 0, 1), Rectangle(0, 1, -1, 0)
+    assert overlap(left, right) == 0.0
+    assert overlap(left, Rectangle(0.5, 2, 0.5, 2)) == pytest.approx(0.25)
+    assert overlap(ARROW, Rectangle(0.0, 0.1, 0.0, 0.1)) == pytest.approx(0.01)

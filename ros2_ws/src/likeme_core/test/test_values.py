@@ -10,28 +10,25 @@ import pytest
 from likeme_core import stamps
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
+from likeme_core.tabletop import Action, Manner
 from likeme_core.yaml_files import read_yaml
 
-ACT = Demonstration(9, 'camera', 'pear', State.RIGHT, State.LEFT, Manner.PUSH, 1, 8)
+ACT = Demonstration(9, 'camera', 'pear', RIGHT, LEFT, Manner.PUSH, 1, 8)
 
 
-@pytest.mark.parametrize('action', Action)
+@pytest.mark.parametrize('action', WORLD.actions, ids=str)
 def test_an_action_is_its_manner_and_target(action: Action) -> None:
-    assert Action.of(action.manner, action.target) is action
+    assert WORLD.action_of(action.manner, action.target) is action
     assert action.name == f'{action.manner.name}_{action.target.name}'
 
 
-def test_a_demonstration_gives_the_action_of_the_same_manner_and_target() -> None:
-    assert ACT.action is Action.PUSH_LEFT
-
-
 def test_only_the_same_object_moved_back_undoes_an_act() -> None:
-    back = replace(ACT, x_i=State.LEFT, x_f=State.RIGHT, manner=Manner.PLACE)
+    back = replace(ACT, x_i=LEFT, x_f=RIGHT, manner=Manner.PLACE)
     assert back.undoes(ACT)
     assert not ACT.undoes(ACT)
     assert not replace(back, object='lemon').undoes(ACT)
-    assert not replace(back, x_f=State.OFFTABLE).undoes(ACT)
+    assert not replace(back, x_f=OFFTABLE).undoes(ACT)
 
 
 def test_the_arm_may_have_moved_unless_the_request_was_refused() -> None:

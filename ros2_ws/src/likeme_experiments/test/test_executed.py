@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_core.paper_world import LEFT, PLACE_RIGHT, PUSH_RIGHT, RIGHT, WORLD
+from likeme_core.tabletop import Manner, Mode, State
 from likeme_experiments.evaluation.episode import (
     ImitationEpisode,
     ImitationResult,
@@ -35,7 +36,6 @@ from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import plan, spread
 
-LEFT, RIGHT, OFF = State
 CASE = DemonstrationCase('pear', LEFT, RIGHT, Manner.PLACE)
 
 
@@ -87,14 +87,14 @@ def test_forecasts_equal_table_1_and_the_exact_values_of_plans() -> None:
     model = shipped()
     cases = [
         DemonstrationCase(name, x_i, x_f, manner)
-        for manner, name in product(Manner, model.objects)
-        for x_i, x_f in product((LEFT, RIGHT), State)
+        for manner, name in product(WORLD.manners, model.objects)
+        for x_i, x_f in product((LEFT, RIGHT), WORLD.states)
         if x_i != x_f
     ]
-    expected = forecasts(model, cases, np.random.default_rng(0), worlds=50)
-    success = table1(model).success
-    plans = [row for row in sequential(model) if row.actions == BUDGET]
-    for (m, manner), (o, name) in product(enumerate(Manner), enumerate(model.objects)):
+    expected = forecasts(WORLD, model, cases, np.random.default_rng(0), worlds=50)
+    success = table1(model, WORLD).success
+    plans = [row for row in sequential(model, WORLD) if row.actions == BUDGET]
+    for (m, manner), (o, name) in product(enumerate(WORLD.manners), enumerate(model.objects)):
         mine = [c for c in cases if (c.manner, c.object) == (manner, name)]
 
         def mean(approach: Approach, cases: list[DemonstrationCase] = mine) -> float:
@@ -115,7 +115,7 @@ def test_a_plan_has_the_success_of_its_enumeration() -> None:
     ends = spread(worlds, best, LEFT, 2)[:, 2]
     for world, found in zip(worlds, ends, strict=True):
         total = np.zeros(3)
-        for x in State:
+        for x in WORLD.states:
             p = world[LEFT, best.action[2, LEFT], x]
             a = best.action[1, x]
             total += p * (np.eye(3)[x] if a < 0 else world[x, a])
@@ -125,7 +125,7 @@ def test_a_plan_has_the_success_of_its_enumeration() -> None:
 def episode(
     seed: int, trajectory: State, three: tuple[State, ...], helped: State | None
 ) -> ImitationEpisode:
-    place, push = Action.PLACE_RIGHT, Action.PUSH_RIGHT
+    place, push = PLACE_RIGHT, PUSH_RIGHT
     several = ImitationResult((push,) * len(three), three, three[-1] != RIGHT, helped)
     endings = {
         Mode.TRAJECTORY: ImitationResult((place,), (trajectory,), False),
@@ -152,7 +152,7 @@ def predicted(name: str, x_i: int, action: int, x_f: int) -> float:
 
 
 def test_scores_of_episodes() -> None:
-    expected = forecasts(shipped(), [CASE], np.random.default_rng(0))
+    expected = forecasts(WORLD, shipped(), [CASE], np.random.default_rng(0))
     reached = {
         approach: score(EPISODES, 'ml', approach, expected).successes for approach in Approach
     }
@@ -166,9 +166,9 @@ def test_scores_of_episodes() -> None:
 
 
 def test_an_action_that_several_modes_chose_is_one_try() -> None:
-    place, push = reliability(EPISODES, 'ml', predicted)
-    assert (place.action, place.successes, place.tries) == (Action.PLACE_RIGHT, 1, 3)
-    assert (push.action, push.successes, push.tries) == (Action.PUSH_RIGHT, 1, 3)
+    place, push = reliability(EPISODES, 'ml', predicted, WORLD)
+    assert (place.action, place.successes, place.tries) == (PLACE_RIGHT, 1, 3)
+    assert (push.action, push.successes, push.tries) == (PUSH_RIGHT, 1, 3)
     assert (place.predicted, push.predicted) == (0.1, 1.0)
     assert calibration_error_of([place, push]) == pytest.approx(
         (1 / 3 - 0.1) / 2 + (1 - 1 / 3) / 2
@@ -178,7 +178,7 @@ def test_an_action_that_several_modes_chose_is_one_try() -> None:
 
 
 def test_cells_are_checked_against_the_predictive_interval() -> None:
-    expected = forecasts(shipped(), [CASE], np.random.default_rng(0))
+    expected = forecasts(WORLD, shipped(), [CASE], np.random.default_rng(0))
     cells = {cell.approach: cell for cell in interval_checks(EPISODES, 'ml', expected)}
     # One success of ten placed, one of four here; ten of ten pushed, and one of four here.
     assert cells[Approach.TRAJECTORY].inside

@@ -13,15 +13,15 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
+from likeme_core.paper_world import LEFT, OFFTABLE, PUSH_RIGHT, RIGHT, WORLD
 from likeme_core.ros.time import time_msg
-from likeme_core.tabletop import Action, State
 from likeme_experiments.learning.trial_observation import TrialVoidError
 from likeme_experiments.ros.explorer_node import ExplorerNode
 from likeme_inference.experience.trial import Pair, TrialKey
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
-KEY = TrialKey('test', 'live-1', Pair('pear', State.LEFT, Action.PUSH_RIGHT), 0)
+KEY = TrialKey('test', 'live-1', Pair('pear', LEFT, PUSH_RIGHT), 0)
 FRAME = 100_000_000
 
 
@@ -32,7 +32,7 @@ class FakeCell(Node):
         super().__init__('fake_cell', context=context, start_parameter_services=False)
         self.outcomes: list[ResetOutcome] = []
         self.resets = 0
-        self._state, self._stamps = State.OFFTABLE, count(FRAME, FRAME)
+        self._state, self._stamps = OFFTABLE, count(FRAME, FRAME)
         self._table = self.create_publisher(TableState, 'table_state', 1)
         self.create_timer(0.02, self._publish)
         self.create_service(ResetCell, 'cell/reset', self._reset)
@@ -52,13 +52,13 @@ class FakeCell(Node):
         response.outcome, response.success = outcome, outcome is ResetOutcome.COMPLETED
         response.message = 'A sentence in other words.'
         if response.success:
-            self._state = State(request.states[-1])
+            self._state = WORLD.state(request.states[-1])
         return response
 
     def _act(
         self, request: ExecuteAction.Request, response: ExecuteAction.Response
     ) -> ExecuteAction.Response:
-        self._state = Action(request.action).target
+        self._state = WORLD.action(request.action).target
         response.success, response.outcome = True, int(MotionOutcome.COMPLETED)
         response.started, response.finished = (time_msg(next(self._stamps)) for _ in range(2))
         return response
@@ -69,7 +69,7 @@ def cell_and_explorer() -> Iterator[tuple[FakeCell, ExplorerNode]]:
     with domain_id() as domain:
         context = Context()
         context.init(domain_id=domain)
-        cell, explorer = FakeCell(context), ExplorerNode(context)
+        cell, explorer = FakeCell(context), ExplorerNode(WORLD, context)
         executor = SingleThreadedExecutor(context=context)
         executor.add_node(cell)
         thread = threading.Thread(target=executor.spin)
@@ -89,7 +89,7 @@ def test_a_busy_cell_is_asked_again(cell_and_explorer: tuple[FakeCell, ExplorerN
     cell, explorer = cell_and_explorer
     cell.outcomes = [ResetOutcome.BUSY, ResetOutcome.BUSY]
     trial = explorer.make_trial(KEY, 1, '0')
-    assert (trial.x_f, trial.motion) == (State.RIGHT, MotionOutcome.COMPLETED)
+    assert (trial.x_f, trial.motion) == (RIGHT, MotionOutcome.COMPLETED)
     assert cell.resets == 3
 
 

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_arm_sim.fitted_parameters import FITTED, fitted_values
-from likeme_arm_sim.scene import OBJECTS
-from likeme_core.tabletop import Manner
+from likeme_arm_sim.physics import fitted_parameters, fitted_values
+from likeme_core.paper_world import WORLD
 from likeme_experiments.physics_fit.deviance import MAX_DEVIANCE, deviance
 from likeme_experiments.physics_fit.evaluate import RowEvaluation, evaluate_row, table_text
 from likeme_experiments.physics_fit.level_trials import read, try_levels
@@ -74,7 +73,7 @@ def test_the_rows_are_the_real_robots_and_split_in_half() -> None:
     assert len(seen) == len(held) == 18
     assert set(seen) | set(held) == set(table)
     assert not any(row.idle for row in seen)
-    for name, manner in product(OBJECTS, Manner):
+    for name, manner in product(WORLD.objects, WORLD.manners):
         mine = [r for r in seen if r.name == name and r.action.manner is manner]
         assert len(mine) == 3
 
@@ -109,13 +108,13 @@ def test_a_parameter_affects_its_rows(parameter: str, touched: set[str]) -> None
 def test_every_searched_parameter_affects_fitted_rows() -> None:
     seen, _ = split(table_rows())
     for parameter, _ in STEPS:
-        assert parameter in FITTED
+        assert parameter in fitted_parameters(WORLD)
         assert any(touches(parameter, row) for row in seen)
 
 
 @pytest.mark.parametrize('name', sorted({name for name, _ in STEPS}))
 def test_levels_ascend_within_the_range_and_include_the_value(name: str) -> None:
-    p = FITTED[name]
+    p = fitted_parameters(WORLD)[name]
     for value in (p.low, p.value, p.high):
         tried = levels(name, value)
         assert value in tried
@@ -147,14 +146,14 @@ def test_trials_are_kept_and_continued(tmp_path: Path) -> None:
     seen = [r for r in table_rows() if str(r) == 'chicken LEFT PUSH_LEFT']
     wanted, progress = [0.0, 0.04], list[int]()
     made = try_levels(
-        path, 0, 'push_gap', wanted, fitted_values(), seen, range(5, 6), 1, progress.append
+        path, 0, 'push_gap', wanted, fitted_values(WORLD), seen, range(5, 6), 1, progress.append
     )
     assert [sum(made[level][str(seen[0])]) for level in wanted] == [1, 1]
     lines = read(path)
     torn = path.read_text().splitlines()[0] + '\n{"step": 0, "parameter": "push_g'
     path.write_text(torn)
     again = try_levels(
-        path, 0, 'push_gap', wanted, fitted_values(), seen, range(5, 6), 1, progress.append
+        path, 0, 'push_gap', wanted, fitted_values(WORLD), seen, range(5, 6), 1, progress.append
     )
     assert again == made
     assert sorted(read(path)) == sorted(lines)
@@ -172,5 +171,5 @@ def test_the_table_reports_passing_rows() -> None:
 @pytest.mark.parametrize('name', SHIPPED_ROWS)
 def test_the_shipped_parameters_give_recorded_rows(name: str) -> None:
     row = next(row for row in table_rows() if str(row) == name)
-    entry = evaluate_row(fitted_values(), row, 16)
+    entry = evaluate_row(fitted_values(WORLD), row, 16)
     assert entry.passes, entry

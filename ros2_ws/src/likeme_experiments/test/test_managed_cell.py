@@ -9,6 +9,7 @@ from typing import IO
 
 import pytest
 
+from likeme_core.paper_world import WORLD
 from likeme_experiments.learning import managed_cell as module
 from likeme_experiments.learning.managed_cell import MAX_STARTS, CellCrashedError, ManagedCell
 
@@ -28,7 +29,7 @@ def cell_that_runs(
 
     monkeypatch.setattr(module, 'start', start_and_wait)
     log.touch()
-    return ManagedCell(0, 0.0, log, reports.append)
+    return ManagedCell(WORLD, 0, 0.0, log, reports.append)
 
 
 def test_a_cell_that_ends_at_once_is_given_up(

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from likeme_core.paper_world import WORLD
 from likeme_experiments.commands.learn import app
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_experiments.learning.robot_identity import simulated_robot
@@ -24,8 +25,9 @@ from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial
 
 RELEASED = Path(__file__).parent / 'release_0_1_0'
-OBJECTS = 'pear', 'lemon', 'chicken'
-CAMPAIGN = campaign_of('offline', simulated_robot(), 11, OBJECTS, PolicyName.RANDOM, 10, 8)
+CAMPAIGN = campaign_of(
+    WORLD, 'offline', simulated_robot(WORLD), 11, WORLD.objects, PolicyName.RANDOM, 10, 8
+)
 
 
 @pytest.fixture
@@ -35,8 +37,8 @@ def place(tmp_path: Path) -> str:
 
 
 def test_a_released_store_is_of_this_robot_and_its_campaign_is_complete(place: str) -> None:
-    with closing(ExperienceStore(place)) as store:
-        assert {trial.key.robot for trial in store.trials()} == {simulated_robot()}
+    with closing(ExperienceStore(place, WORLD)) as store:
+        assert {trial.key.robot for trial in store.trials()} == {simulated_robot(WORLD)}
         assert list(Progress(CAMPAIGN, store).missing()) == []
     answer = CliRunner().invoke(
         app, ['--offline', '--policy', 'random', '--trials', '8', '--seed', '11', '--store', place]
@@ -55,9 +57,11 @@ def test_a_released_store_is_exported_and_imported_as_before(place: str, tmp_pat
     for source in (str(RELEASED / 'trials.csv'), place):
         answer = CliRunner().invoke(app, ['import', source, '--store', other])
         assert answer.exit_code == 0, answer.output
-    with closing(ExperienceStore(other)) as imported:
+    with closing(ExperienceStore(other, WORLD)) as imported:
         trials = {trial.key: trial for trial in imported.trials()}
-    assert trials == {trial.key: trial for trial in trial_file.load(RELEASED / 'trials.csv')}
+    assert trials == {
+        trial.key: trial for trial in trial_file.load(RELEASED / 'trials.csv', WORLD)
+    }
 
 
 def test_a_released_model_and_store_are_models(place: str) -> None:
@@ -71,8 +75,8 @@ def test_a_released_model_and_store_are_models(place: str) -> None:
 @pytest.mark.slow
 def test_the_same_campaign_makes_the_trials_of_the_release() -> None:
     """To the last bit where the physics engine and the renderer are the same build."""
-    released = trial_file.load(RELEASED / 'trials.csv')
-    made = {key: make_trial(key, CAMPAIGN.seed) for key in CAMPAIGN.plan()}
+    released = trial_file.load(RELEASED / 'trials.csv', WORLD)
+    made = {key: make_trial(key, CAMPAIGN.seed, WORLD.source) for key in CAMPAIGN.plan()}
     assert {key: _result(trial) for key, trial in made.items()} == {
         trial.key: _result(trial) for trial in released
     }

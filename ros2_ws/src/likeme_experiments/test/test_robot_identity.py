@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, make_dataclass, replace
+from dataclasses import dataclass, fields, make_dataclass, replace
 from typing import Any
 
 import pytest
 
 from likeme_arm_sim.cell import CellSettings
-from likeme_arm_sim.scene import Scene
+from likeme_core.paper_world import WORLD
 from likeme_experiments.learning.robot_identity import (
     canonical,
     digest_of,
@@ -37,7 +37,7 @@ def leaves(node: Any) -> Iterator[tuple[Any, Any]]:
 
 def test_the_robot_of_the_last_release_keeps_its_name() -> None:
     """Stores are read by this name: see RECORDED_NAMES before changing this test."""
-    assert simulated_robot() == 'sim-83d81ca7'
+    assert simulated_robot(WORLD) == 'sim-83d81ca7'
 
 
 def test_classes_may_be_renamed_and_fields_reordered() -> None:
@@ -54,7 +54,7 @@ def test_equal_numbers_of_different_types_are_the_same() -> None:
 
 
 def test_every_number_is_part_of_the_name() -> None:
-    document = robot_document()
+    document = robot_document(WORLD)
     digests = {digest_of(document)}
     count = len(list(leaves(document)))
     for index in range(count):
@@ -66,10 +66,10 @@ def test_every_number_is_part_of_the_name() -> None:
     assert len(digests) == count + 1
 
 
-def test_the_document_holds_every_field_of_scene_cell_and_perception() -> None:
-    document = robot_document()
-    assert document['scene'].keys() == asdict(Scene()).keys()
-    assert document['perception'].keys() == asdict(PerceptionConfig()).keys()
+def test_the_document_holds_world_cell_and_perception() -> None:
+    document = robot_document(WORLD)
+    assert len(document['world']['objects']) == len(WORLD.objects)
+    assert document['perception'].keys() == {f.name for f in fields(PerceptionConfig)}
     faster = replace(CellSettings(initial_states={}), arm_speed=2.0)
     assert canonical(faster) != document['cell']
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.tabletop import State
+from likeme_core.paper_world import LEFT
 from likeme_experiments.learning.trial_observation import (
     ObservedObject,
     ObservedTable,
@@ -18,9 +18,9 @@ from likeme_inference.tabletop.values import MotionReport
 
 
 def test_occluded_and_unknown_objects_void_the_trial() -> None:
-    covered, seen = ObservedObject(None, None), ObservedObject(State.LEFT, Place(0.4, 0.1, 0.0))
+    covered, seen = ObservedObject(None, None), ObservedObject(LEFT, Place(0.4, 0.1, 0.0))
     table = ObservedTable(1, True, {'pear': covered, 'lemon': seen})
-    assert state_and_place(table, 'lemon') == (State.LEFT, seen.place)
+    assert state_and_place(table, 'lemon') == (LEFT, seen.place)
     with pytest.raises(TrialVoidError, match='The pear stayed covered'):
         state_and_place(table, 'pear')
     with pytest.raises(TrialVoidError, match='The camera knows lemon, pear, not turnip'):

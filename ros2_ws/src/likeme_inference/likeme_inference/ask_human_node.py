@@ -19,7 +19,7 @@ from rich.markup import escape
 
 from likeme_core.cli import Domain
 from likeme_core.ros.qos import LATCHED
-from likeme_core.tabletop import Action, State
+from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_inference.console_replies import MENU, WORDS, read_reply
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, HelpRequest
@@ -29,6 +29,8 @@ from likeme_msgs.srv import AskHuman
 SERVICE_TIMEOUT = 8.0
 #: s of a spin between two checks.
 SPIN_PERIOD = 0.1
+#: s to wait for the topic world.
+WORLD_TIMEOUT = 2.0
 
 app = typer.Typer(
     help='Answer requests of the robot. Without a command: wait for them and read answers from '
@@ -70,6 +72,7 @@ class AskHumanClient(Node):
 
     Subscribes:
         decision (Decision, transient local): announces new requests
+        world (World, transient local): the names of states and actions
     Client:
         ask_human (AskHuman)
     """
@@ -79,10 +82,15 @@ class AskHumanClient(Node):
         self._client = self.create_client(AskHuman, 'ask_human')
         self._announced = False
         self.create_subscription(Decision, 'decision', self._on_decision, LATCHED)
+        self._world = WorldSubscriber(self)
 
     def pending(self) -> list[HelpRequest]:
         """Pending requests, oldest first."""
         return list(self._call(AskHuman.Request(command=AskHuman.Request.LIST)).pending)
+
+    def names(self) -> WorldNames:
+        """The names of states and actions; their numbers if nobody publishes them."""
+        return self._world.wait(WORLD_TIMEOUT)
 
     def answer(self, request_id: int, reply: Reply, by: str) -> Any:
         """Answer a request; returns the service's response."""
@@ -149,10 +157,11 @@ def list_pending(network: Network = False, domain: Domain = 0) -> None:
     console = Console()
     with ask_human_client(network, domain) as node:
         pending = node.pending()
+        names = node.names()
     if not pending:
         console.print('Nothing is pending.')
     for request in pending:
-        print_request(console, request)
+        print_request(console, request, names)
 
 
 @app.command()
@@ -187,7 +196,7 @@ def wait_for_requests(
         console.print('Waiting for requests of the robot. Ctrl-C ends.')
         while True:
             request = node.wait_for_request()
-            print_request(console, request)
+            print_request(console, request, node.names())
             console.print(MENU)
             try:
                 choice = read_answer(console)
@@ -215,14 +224,14 @@ def print_line(console: Console, sentence: str) -> None:
     console.print(escape(sentence), soft_wrap=True, highlight=False)
 
 
-def print_request(console: Console, request: HelpRequest) -> None:
+def print_request(console: Console, request: HelpRequest, names: WorldNames) -> None:
     """Print a request."""
     console.print(f'[bold]Request {request.id}[/bold]', end=': ')
     print_line(console, request.question)
     print_line(
         console,
-        f'  {request.object} is {State(request.x_i).name}, wanted '
-        f'{State(request.goal).name}; best action {Action(request.action).name}, '
+        f'  {request.object} is {names.state(request.x_i)}, wanted '
+        f'{names.state(request.goal)}; best action {names.action(request.action)}, '
         f'p = {request.predicted_success:.2f}, threshold {request.threshold:.2f}',
     )
 

@@ -1,19 +1,17 @@
 """The fields of GoalBelief, Decision and Outcome, for the messages and for the decision log.
 
-Each function gives all fields but the header, in the message's order; times in ns.
+Each function gives all fields but header and world, in the message's order; times in ns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from enum import IntEnum
 from typing import Any
 
 from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome
 
 #: Number of a missing action or motion outcome, and of the state of an object that is not seen.
-NONE = 255
-UNKNOWN = 3
+NONE = UNKNOWN = 255
 
 
 def belief_fields(belief: GoalBelief) -> dict[str, Any]:
@@ -72,7 +70,7 @@ def outcome_fields(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _number(value: IntEnum | None, missing: int) -> int:
+def _number(value: int | None, missing: int) -> int:
     return missing if value is None else int(value)
 
 

@@ -13,11 +13,17 @@ from likeme_core.observations import TableSnapshot
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
+from likeme_core.ros.world import WorldPublisher, declare_world
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
 from likeme_inference.experience.database import StoreError
 from likeme_inference.help_requests import AnswerRefusedError, HelpRequests
-from likeme_inference.node_settings import open_experience, read_model, read_settings
+from likeme_inference.node_settings import (
+    open_experience,
+    read_model,
+    read_settings,
+    settings_of,
+)
 from likeme_inference.ros.diagnostics import SessionDiagnostics
 from likeme_inference.ros.node_parameters import NodeParameters, Values
 from likeme_inference.ros.session_inputs import SessionInputs
@@ -60,6 +66,7 @@ class InferenceNode(Node):
         goal_belief (GoalBelief), decision (Decision), outcome (Outcome): each reliable, transient
             local, depth 1
         heard (Heard, reliable 100): acknowledges each input of the session
+        world (World): latched, what the numbers mean
         /diagnostics (DiagnosticArray): 1 Hz, by the steady clock
     Service:
         ask_human (AskHuman): list pending requests, answer one
@@ -72,7 +79,8 @@ class InferenceNode(Node):
         action_budget: actions the sequential mode may spend on one demonstration
         shared_prior: whether the trials of all objects choose the prior together
         soft_evidence: whether perception's probabilities of x_i and x_f count
-        goal_prior: p(LEFT), p(RIGHT), p(OFFTABLE) before anything is shown
+        world: a shipped world or a world file; taken at the start
+        goal_prior: probability of each state before anything is shown
         model_file: path of a model file; empty: the shipped one
         experience_store, learn_from_outcomes, robot: executed imitations are experience too; the
             store and the name are taken at the start
@@ -84,15 +92,19 @@ class InferenceNode(Node):
 
     def __init__(self) -> None:
         super().__init__('inference_node')
-        self._node_parameters = NodeParameters(self, self._validate, self._apply)
+        self._world = declare_world(self)
+        self._node_parameters = NodeParameters(
+            self, settings_of(self._world), self._validate, self._apply
+        )
         values = self._node_parameters.values()
-        model = read_model(values['model_file'])
+        model = read_model(values['model_file'], self._world)
         self._proposed_model: RobotModel | None = None
-        self._experience = open_experience(values, model)
+        self._experience = open_experience(values, model, self._world)
         if self._experience is not None:
             model = self._experience.model
-        self._session = ImitationSession(model, read_settings(values))
+        self._session = ImitationSession(model, read_settings(values, self._world))
         self._desk = HelpRequests()
+        self._world_pub = WorldPublisher(self, self._world)
         self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
         self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
@@ -106,7 +118,7 @@ class InferenceNode(Node):
         )
         self._health = SessionDiagnostics(self, lambda: self._arm.ready, self._facts)
         self._inputs = SessionInputs(
-            self, values['replayed'], self._health, self._apply_input, self._publish,
+            self, self._world, values['replayed'], self._health, self._apply_input, self._publish,
             lambda: self._session.last_view,
         )  # fmt: skip
         self.create_service(AskHuman, 'ask_human', self._on_ask_human)
@@ -126,15 +138,15 @@ class InferenceNode(Node):
         self._proposed_model = None
         if 'replayed' in changed and self._arm.busy:
             raise ValueError('Expected no motion under way when a replay begins or ends.')
-        read_settings(values)
+        read_settings(values, self._world)
         if 'model_file' not in changed:
             return
         if self._experience is not None:
             raise ValueError('Expected the model_file to stay while experience is added to it.')
-        self._proposed_model = read_model(values['model_file'])
+        self._proposed_model = read_model(values['model_file'], self._world)
 
     def _apply(self, values: Values, changed: set[str]) -> None:
-        self._session.settings = read_settings(values)
+        self._session.settings = read_settings(values, self._world)
         self._arm.arm_wait, self._arm.action_timeout = values['arm_wait'], values['action_timeout']
         if 'replayed' in changed:
             self._restart(values['replayed'])
@@ -170,14 +182,14 @@ class InferenceNode(Node):
     def _publish(self, event: SessionEvent) -> None:
         """Publish and log an event of the session, and carry out a decision."""
         if isinstance(event, GoalBelief):
-            self._belief_pub.publish(messages.belief_msg(event))
+            self._belief_pub.publish(messages.belief_msg(self._world, event))
         elif isinstance(event, Decision):
-            self._decision_pub.publish(messages.decision_msg(event))
+            self._decision_pub.publish(messages.decision_msg(self._world, event))
             self._health.counts['decisions'] += 1
         elif isinstance(event, Outcome):
             # Stored before it is published: a subscriber may stop this node.
             self._learn(event)
-            self._outcome_pub.publish(messages.outcome_msg(event))
+            self._outcome_pub.publish(messages.outcome_msg(self._world, event))
             self._health.counts[f'outcomes {event.result.name}'] += 1
         if not isinstance(event, Remark):
             self._health.counts['events'] += 1
@@ -220,7 +232,7 @@ class InferenceNode(Node):
 
         def request() -> ExecuteAction.Request:
             expires = self._session.last_view + round(self._arm.arm_wait * 1e9)
-            return messages.execute_request(decision.object, action, expires)
+            return messages.execute_request(self._world, decision.object, action, expires)
 
         self._arm.start(request, time.monotonic())
 
@@ -243,7 +255,7 @@ class InferenceNode(Node):
         except AnswerRefusedError as error:
             response.message = str(error)
             self.get_logger().warning(f'Answer refused: {error}')
-        response.pending = [messages.request_msg(item) for item in self._desk.pending]
+        response.pending = [messages.request_msg(self._world, item) for item in self._desk.pending]
         return response
 
     def _serve(self, request: AskHuman.Request) -> str:

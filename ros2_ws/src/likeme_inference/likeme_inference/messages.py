@@ -8,6 +8,7 @@ from std_msgs.msg import Header
 
 from likeme_core.ros.time import time_msg
 from likeme_core.tabletop import Action
+from likeme_core.world import World
 from likeme_inference.event_fields import NONE, belief_fields, decision_fields, outcome_fields
 from likeme_inference.tabletop.values import (
     Decision,
@@ -34,27 +35,34 @@ def motion_fields(report: MotionReport) -> dict[str, Any]:
     return {'motion_outcome': outcome, 'finished': finished, 'message': report.message}
 
 
-def execute_request(name: str, action: Action, expires: int) -> ExecuteAction.Request:
+def execute_request(
+    world: World, name: str, action: Action, expires: int
+) -> ExecuteAction.Request:
     """Request of a motion; `expires` in ns of ROS time."""
-    return ExecuteAction.Request(object=name, action=action, expires=time_msg(expires))
+    return ExecuteAction.Request(
+        object=name, action=action.name, world=world.label, expires=time_msg(expires)
+    )
 
 
-def belief_msg(belief: GoalBelief) -> GoalBeliefMsg:
+def belief_msg(world: World, belief: GoalBelief) -> GoalBeliefMsg:
     """Message of a belief."""
-    return GoalBeliefMsg(header=_header(belief.stamp, belief.frame), **belief_fields(belief))
+    header = _header(belief.stamp, belief.frame)
+    return GoalBeliefMsg(header=header, world=world.label, **belief_fields(belief))
 
 
-def decision_msg(decision: Decision) -> DecisionMsg:
+def decision_msg(world: World, decision: Decision) -> DecisionMsg:
     """Message of a decision."""
     fields = decision_fields(decision) | {'demonstration': time_msg(decision.demonstration)}
-    return DecisionMsg(header=_header(decision.stamp, decision.frame), **fields)
+    header = _header(decision.stamp, decision.frame)
+    return DecisionMsg(header=header, world=world.label, **fields)
 
 
-def request_msg(request: HelpRequest) -> HelpRequestMsg:
+def request_msg(world: World, request: HelpRequest) -> HelpRequestMsg:
     """Message of a request for help."""
     return HelpRequestMsg(
         header=_header(request.stamp, request.frame),
         id=request.id,
+        world=world.label,
         object=request.object,
         x_i=request.x_i,
         goal=request.goal,
@@ -65,6 +73,7 @@ def request_msg(request: HelpRequest) -> HelpRequestMsg:
     )
 
 
-def outcome_msg(outcome: Outcome) -> OutcomeMsg:
+def outcome_msg(world: World, outcome: Outcome) -> OutcomeMsg:
     """Message of an outcome."""
-    return OutcomeMsg(header=_header(outcome.stamp, outcome.frame), **outcome_fields(outcome))
+    header = _header(outcome.stamp, outcome.frame)
+    return OutcomeMsg(header=header, world=world.label, **outcome_fields(outcome))

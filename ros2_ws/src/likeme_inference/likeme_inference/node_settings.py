@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from likeme_core.settings import Setting
-from likeme_core.tabletop import Mode, State
+from likeme_core.tabletop import Mode
+from likeme_core.world import World
 from likeme_inference.experience.imitation_experience import ImitationExperience
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
@@ -23,7 +25,8 @@ MAX_ACTIONS = 100
 LOCK_TIMEOUT = 1.0
 
 
-SETTINGS: dict[str, Setting] = {
+#: The parameters whose defaults do not depend on the world.
+_COMMON: dict[str, Setting] = {
     'help_threshold': Setting(0.5, 'predicted success below which the robot asks', (0, 1)),
     'concentration': Setting(
         0.0, 'Dirichlet pseudo-count of every final state; 0: maximum likelihood', (0, 100)
@@ -47,8 +50,7 @@ SETTINGS: dict[str, Setting] = {
         'whether a prior is fitted to the trials of all objects; concentration is not used',
     ),
     'soft_evidence': Setting(True, "whether perception's probabilities of x_i and x_f are used"),
-    'goal_prior': Setting([1 / 3, 1 / 3, 1 / 3], 'p(LEFT), p(RIGHT), p(OFFTABLE); sums to 1'),
-    'model_file': Setting('', 'path of a model file; empty: the shipped one'),
+    'model_file': Setting('', 'path of a model file; empty: the one shipped for the world'),
     'experience_store': Setting(
         '',
         'SQLite file or database URL of executed imitations, which are added to the model; '
@@ -63,22 +65,32 @@ SETTINGS: dict[str, Setting] = {
 }
 
 
-def read_model(path: str) -> RobotModel:
-    """Load a model file; an empty path means the shipped one.
+@cache
+def settings_of(world: World) -> dict[str, Setting]:
+    """The parameters of the node, with defaults for a world."""
+    names, count = ', '.join(f'p({state.name})' for state in world.states), len(world.states)
+    prior = {'goal_prior': Setting([1 / count] * count, f'{names}; sums to 1')}
+    return _COMMON | prior
+
+
+def read_model(path: str, world: World) -> RobotModel:
+    """Load a model file; an empty path means the one shipped for the world.
 
     Raises:
-        ModelFileError: see model_file.load_tabletop.
+        ModelFileError: see model_file.load_tabletop; or none is shipped for the world.
     """
     if not path:
-        return model_file.shipped()
+        return model_file.shipped(world)
     try:
         expanded = Path(path).expanduser()
     except RuntimeError as error:
         raise ModelFileError(f'{path}: {error}') from error
-    return model_file.load_tabletop(expanded)
+    return model_file.load_tabletop(expanded, world)
 
 
-def open_experience(values: Mapping[str, Any], learned: RobotModel) -> ImitationExperience | None:
+def open_experience(
+    values: Mapping[str, Any], learned: RobotModel, world: World
+) -> ImitationExperience | None:
     """Open the experience store; None if no store is named.
 
     Raises:
@@ -91,12 +103,12 @@ def open_experience(values: Mapping[str, Any], learned: RobotModel) -> Imitation
         software = version('likeme_inference')
     except PackageNotFoundError:
         software = 'not installed'
-    store = ExperienceStore(values['experience_store'], lock_timeout=LOCK_TIMEOUT)
+    store = ExperienceStore(values['experience_store'], world, lock_timeout=LOCK_TIMEOUT)
     store.check_writable()
     return ImitationExperience(store, values['robot'], software, learned)
 
 
-def read_settings(values: Mapping[str, Any]) -> ImitationSettings:
+def read_settings(values: Mapping[str, Any], world: World) -> ImitationSettings:
     """Read settings from parameter values.
 
     Raises:
@@ -111,6 +123,7 @@ def read_settings(values: Mapping[str, Any]) -> ImitationSettings:
             f'Expected an action_budget from 1 to {MAX_ACTIONS}, got {values["action_budget"]}.'
         )
     return ImitationSettings(
+        world=world,
         mode=Mode(values['mode']),
         threshold=values['help_threshold'],
         action_budget=values['action_budget'],
@@ -118,16 +131,16 @@ def read_settings(values: Mapping[str, Any]) -> ImitationSettings:
         concentration=values['concentration'],
         shared_prior=values['shared_prior'],
         soft_evidence=values['soft_evidence'],
-        goal_prior=_probabilities('goal_prior', values['goal_prior']),
+        goal_prior=_probabilities('goal_prior', values['goal_prior'], len(world.states)),
         turn_timeout=values['turn_timeout'],
         turn_delay=values['turn_delay'],
         outcome_timeout=values['outcome_timeout'],
     )
 
 
-def _probabilities(name: str, value: Any) -> tuple[float, ...]:
+def _probabilities(name: str, value: Any, count: int) -> tuple[float, ...]:
     """A list parameter of one number per state; its element type may be anything."""
     numbers = not isinstance(value, str) and isinstance(value, Iterable)
-    if not numbers or not all(isinstance(p, (int, float)) for p in value):
-        raise ValueError(f'Expected {name} as {len(State)} probabilities, got {value!r}.')
+    if not numbers or not all(isinstance(p, (int, float)) for p in value) or not len(value):
+        raise ValueError(f'Expected {name} as {count} probabilities, got {value!r}.')
     return tuple(value)

@@ -14,6 +14,7 @@ from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.stamps import stamp_ns
 from likeme_core.tabletop import Manner, State
+from likeme_core.world import World
 from likeme_inference.event_fields import UNKNOWN
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.values import (
@@ -92,20 +93,24 @@ def apply_input(session: ImitationSession, value: InputValue) -> list[SessionEve
     return [event for event in events if event is not None]
 
 
-def read_demonstration(msg: Any) -> Demonstration:
+def read_demonstration(msg: Any, world: World) -> Demonstration:
     """Read a likeme_msgs/Demonstration and check every field.
 
     Raises:
         ValueError: a state out of range or UNKNOWN, no change of state, invalid probabilities, an
             end before the start.
     """
-    x_i, x_f = _number(State, msg.x_i, 'x_i'), _number(State, msg.x_f, 'x_f')
+    check_world(msg, world)
+    x_i, x_f = _state(world, msg.x_i, 'x_i'), _state(world, msg.x_f, 'x_f')
     if x_i == x_f:
         raise ValueError(f'Expected a change of state, got {x_i.name} to {x_f.name}.')
-    _check_probabilities(msg.x_i_probability, 'x_i_probability')
-    _check_probabilities(msg.x_f_probability, 'x_f_probability')
-    if not 0.5 <= msg.manner_probability <= 1:
-        raise ValueError(f'Expected p(manner) from 0.5 to 1, got {msg.manner_probability:g}.')
+    _check_probabilities(world, msg.x_i_probability, 'x_i_probability')
+    _check_probabilities(world, msg.x_f_probability, 'x_f_probability')
+    # The likeliest of all manners has at least an equal share.
+    if not 1 / len(Manner) <= msg.manner_probability <= 1:
+        raise ValueError(
+            f'Expected p(manner) from 1/{len(Manner)} to 1, got {msg.manner_probability:g}.'
+        )
     start, end = stamp_ns(msg.start), stamp_ns(msg.end)
     if end < start:
         raise ValueError(f'Expected an end after the start at {start} ns, got {end} ns.')
@@ -125,16 +130,19 @@ def read_demonstration(msg: Any) -> Demonstration:
     )
 
 
-def read_table(msg: Any) -> TableSnapshot:
+def read_table(msg: Any, world: World) -> TableSnapshot:
     """Read a likeme_msgs/TableState; objects in UNKNOWN state are left out.
 
     Raises:
         ValueError: a state out of range.
     """
+    check_world(msg, world)
+    # Messages recorded before there were worlds.
+    unknown = {UNKNOWN} if hasattr(msg, 'world') else {UNKNOWN, 3}
     states = {
-        item.name: _number(State, item.state, f'state of {item.name}')
+        item.name: _state(world, item.state, f'state of {item.name}')
         for item in msg.objects
-        if item.state != UNKNOWN
+        if item.state not in unknown
     }
     stamp = stamp_ns(msg.header.stamp)
     return TableSnapshot(stamp, msg.header.frame_id, msg.settled, states)
@@ -166,15 +174,32 @@ def read_heard(kind: InputKind, heard: Any) -> InputValue:
     raise ValueError(f'Expected MOTION, ANSWER or SILENCE, got {kind.name}.')
 
 
+def check_world(msg: Any, world: World) -> None:
+    """Refuse a message of another world.
+
+    Raises:
+        ValueError: with both worlds' names and digests.
+    """
+    theirs = getattr(msg, 'world', '')
+    if theirs and theirs != world.label:
+        raise ValueError(f'Expected a message of the world {world.label}, got one of {theirs}.')
+
+
+def _state(world: World, value: int, field: str) -> State:
+    if not world.knows_state(value):
+        raise ValueError(f'Expected {field} from 0 to {len(world.states) - 1}, got {value}.')
+    return world.states[value]
+
+
 def _number(kind: type[Number], value: int, field: str) -> Number:
     if value not in set(kind):
         raise ValueError(f'Expected {field} from 0 to {max(kind)}, got {value}.')
     return kind(value)
 
 
-def _check_probabilities(probability: Sequence[float], field: str) -> None:
-    p = list(probability)
-    if len(p) != len(State) or not all(0 <= value <= 1 for value in p):
-        raise ValueError(f'Expected {field} as {len(State)} numbers from 0 to 1, got {p}.')
+def _check_probabilities(world: World, probability: Sequence[float], field: str) -> None:
+    p, count = list(probability), len(world.states)
+    if len(p) != count or not all(0 <= value <= 1 for value in p):
+        raise ValueError(f'Expected {field} as {count} numbers from 0 to 1, got {p}.')
     if not math.isclose(sum(p), 1.0, abs_tol=SUM_TOLERANCE):
         raise ValueError(f'Expected {field} to sum to 1, got {sum(p):g}.')

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.tabletop import Action, State
+from likeme_core.paper_world import LEFT, PUSH_RIGHT, RIGHT
+from likeme_core.tabletop import State
 from likeme_inference.experience.trial import Pair, Place, Trial, TrialKey
 
-PEAR = Pair('pear', State.LEFT, Action.PUSH_RIGHT)
+PEAR = Pair('pear', LEFT, PUSH_RIGHT)
 
 
 def trial(
     repetition: int = 0,
     pair: Pair = PEAR,
-    x_f: State = State.RIGHT,
+    x_f: State = RIGHT,
     robot: str = 'robot',
     campaign: str = 'test-1',
 ) -> Trial:

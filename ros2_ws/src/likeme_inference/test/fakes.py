@@ -9,6 +9,7 @@ from builtin_interfaces.msg import Time
 
 from graph import Graph
 from likeme_core.outcomes import MotionOutcome
+from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import time_msg
 from likeme_core.tabletop import Manner, State
 from likeme_msgs.msg import Demonstration, ObjectState, TableState
@@ -64,7 +65,7 @@ class Camera:
 
 def demonstration(name: str, x_i: int, x_f: int, manner: Manner = Manner.PLACE) -> Demonstration:
     """Make a demonstration message with certain states."""
-    certain = [[float(state == x) for state in State] for x in (x_i, x_f)]
+    certain = [[float(state == x) for state in WORLD.states] for x in (x_i, x_f)]
     return Demonstration(
         object=name, x_i=x_i, x_f=x_f, x_i_probability=certain[0], x_f_probability=certain[1],
         manner=manner, manner_probability=0.9, rise=0.1, start=Time(sec=1), end=Time(sec=2),
@@ -98,7 +99,8 @@ class Arm:
         response.success = self.outcome == MotionOutcome.COMPLETED
         response.message = f'Outcome {self.outcome}.'
         if self.outcome.moved:
-            target = request.action % 3 if self.lands is None else self.lands
+            aim = WORLD.action(request.action).target
+            target = aim if self.lands is None else self.lands
             self._camera.states[request.object] = int(target)
             response.finished = time_msg(self._camera.stamp)
         return response

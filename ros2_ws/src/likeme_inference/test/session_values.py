@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.paper_world import RIGHT, WORLD
 from likeme_core.tabletop import Manner, State
-
-OBJECTS = ('pear', 'lemon', 'chicken')
 
 
 def ns(seconds: float) -> int:
@@ -22,5 +21,5 @@ def shown(
 
 def table(at: float, settled: bool = True, **states: State) -> TableSnapshot:
     """Make a view of all objects, RIGHT unless said otherwise."""
-    everything = dict.fromkeys(OBJECTS, State.RIGHT) | states
+    everything = dict.fromkeys(WORLD.objects, RIGHT) | states
     return TableSnapshot(ns(at), 'camera', settled, everything)

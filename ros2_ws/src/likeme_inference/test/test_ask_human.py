@@ -11,12 +11,12 @@ import pytest
 from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
-from likeme_core.tabletop import State
+from likeme_core.paper_world import WORLD
 from likeme_inference.console_replies import MENU, read_reply
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, Outcome
 
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 COMMAND = (sys.executable, '-m', 'likeme_inference.ask_human_node')
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_core.paper_world import PLACE_LEFT, PLACE_RIGHT, PUSH_LEFT, WORLD
+from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks, choose
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.goal_inference import goal_posterior, map_goal, map_index
@@ -19,18 +20,18 @@ from likeme_inference.tabletop.transition_model import TransitionModel
 
 PEAR = shipped().goal_model('pear')
 UNTRIED = GoalModel.of(TransitionModel.untried(3, 6), TABLETOP)
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 
 
 def make(
     model: GoalModel, x_i: State, goal: State, mode: Mode, tau: float = 0.5, left: int = 3
 ) -> Choice:
-    return choose(model, x_i, goal, Action.of(Manner.PLACE, goal), mode, tau, left)
+    return choose(model, x_i, goal, WORLD.action_of(Manner.PLACE, goal), mode, tau, left)
 
 
 def test_actions_know_manner_and_target() -> None:
-    assert [action.target for action in Action] == [L, R, O, L, R, O]
-    assert all(Action.of(action.manner, action.target) is action for action in Action)
+    assert [action.target for action in WORLD.actions] == [L, R, O, L, R, O]
+    assert all(WORLD.action_of(action.manner, action.target) is action for action in WORLD.actions)
 
 
 def test_ties_go_to_the_preferred_then_to_the_lowest() -> None:
@@ -68,7 +69,7 @@ def test_off_the_table_is_out_of_reach(goal: State, model: GoalModel) -> None:
     kinds = [make(model, O, goal, mode, 0.0).kind for mode in Mode]
 
     assert kinds == [Kind.NO_ACTION, Kind.NO_ACTION, Kind.ASK_HUMAN, Kind.ASK_HUMAN]
-    assert make(model, O, goal, Mode.INTERACTIVE).action == Action.of(Manner.PLACE, goal)
+    assert make(model, O, goal, Mode.INTERACTIVE).action == WORLD.action_of(Manner.PLACE, goal)
 
 
 def test_no_action_helps_off_the_table() -> None:
@@ -81,7 +82,7 @@ def test_no_action_helps_off_the_table() -> None:
 def test_trajectory_repeats_actions_without_success() -> None:
     made = make(PEAR, R, L, Mode.TRAJECTORY)
 
-    assert (made.kind, made.action) == (Kind.EXECUTE, Action.PLACE_LEFT)
+    assert (made.kind, made.action) == (Kind.EXECUTE, PLACE_LEFT)
     assert made.predicted_success == 0
 
 
@@ -89,7 +90,7 @@ def test_rows_without_trials_are_uniform() -> None:
     assert np.all(UNTRIED.transition == 1 / 3)
     assert not TransitionModel.untried(3, 6).tried.any()
     made = make(UNTRIED, L, R, Mode.GOAL_BASED)
-    assert (made.kind, made.action) == (Kind.EXECUTE, Action.PLACE_RIGHT)
+    assert (made.kind, made.action) == (Kind.EXECUTE, PLACE_RIGHT)
 
 
 def test_with_three_actions_the_pear_needs_no_help() -> None:
@@ -97,7 +98,7 @@ def test_with_three_actions_the_pear_needs_no_help() -> None:
 
     assert (once.kind, once.plan_value) == (Kind.ASK_HUMAN, 0.4)
     assert (thrice.kind, thrice.action, thrice.actions_left) == (
-        Kind.EXECUTE, Action.PUSH_LEFT, 3,
+        Kind.EXECUTE, PUSH_LEFT, 3,
     )  # fmt: skip
     assert thrice.predicted_success == 0.4
     assert thrice.plan_value == max(thrice.plan_success) == pytest.approx(1 - 0.6**3)
@@ -106,7 +107,7 @@ def test_with_three_actions_the_pear_needs_no_help() -> None:
 def test_spent_actions_ask_even_at_threshold_zero() -> None:
     made = make(PEAR, R, L, Mode.SEQUENTIAL, 0.0, left=0)
 
-    assert (made.kind, made.action) == (Kind.ASK_HUMAN, Action.PUSH_LEFT)
+    assert (made.kind, made.action) == (Kind.ASK_HUMAN, PUSH_LEFT)
     assert (made.plan_value, made.plan_success) == (0, (0.0,) * 6)
     assert make(PEAR, L, L, Mode.SEQUENTIAL, 0.0, left=0).plan_value == 1
 
@@ -138,7 +139,7 @@ def test_invalid_models_are_rejected(fields: dict[str, Any], message: str) -> No
 
 def test_a_deterministic_demonstrator_intends_the_final_state() -> None:
     """The robot's pear rolls off the table now and then, and may have been meant elsewhere."""
-    never_slips = np.eye(3)[None, [action.target for action in Action]].repeat(3, axis=0)
+    never_slips = np.eye(3)[None, [action.target for action in WORLD.actions]].repeat(3, axis=0)
     like_me, like_them = (
         GoalModel.of(PEAR.transition, demonstrator=other) for other in (None, never_slips)
     )
@@ -248,13 +249,13 @@ def test_invalid_counts_are_rejected(counts: np.ndarray, message: str) -> None:
 
 def test_trials_can_only_be_added() -> None:
     pear = shipped().objects['pear']
-    more = pear.add(R, Action.PUSH_LEFT, L, times=2)
+    more = pear.add(R, PUSH_LEFT, L, times=2)
 
     assert (pear.trials, more.trials) == (180, 182)
-    assert more.counts[R, Action.PUSH_LEFT].tolist() == [6, 6, 0]
+    assert more.counts[R, PUSH_LEFT].tolist() == [6, 6, 0]
     assert pear.merge(more).trials == 362
     with pytest.raises(ValueError, match='at least 1 trial, got -1'):
-        pear.add(R, Action.PUSH_LEFT, L, times=-1)
+        pear.add(R, PUSH_LEFT, L, times=-1)
     with pytest.raises(ValueError, match='a from 0 to 5, got 6'):
         pear.add(R, 6, L)
     with pytest.raises(ValueError, match=r'shape \(3, 6, 3\), got \(2, 6, 2\)'):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from likeme_core.tabletop import Action, State
+from likeme_core.paper_world import LEFT, PLACE_LEFT, PUSH_LEFT, RIGHT, WORLD
 from likeme_inference.tabletop import dirichlet
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import (
@@ -20,7 +20,7 @@ from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 PEAR = shipped().objects['pear']
-AIMS = tuple(action.target for action in Action)
+AIMS = tuple(action.target for action in WORLD.actions)
 
 
 def held_out(prior: float | FloatArray) -> float:
@@ -52,10 +52,10 @@ def test_the_aimed_prior_is_the_best_of_its_family(name: str, factor: float) -> 
 def test_axes_of_the_aimed_prior() -> None:
     prior = aimed_prior(3, AIMS)
 
-    assert prior[State.RIGHT, Action.PUSH_LEFT].tolist() == [
+    assert prior[RIGHT, PUSH_LEFT].tolist() == [
         dirichlet.AIMED, dirichlet.STAY, dirichlet.ELSEWHERE,
     ]  # fmt: skip
-    assert prior[State.LEFT, Action.PLACE_LEFT].tolist() == [
+    assert prior[LEFT, PLACE_LEFT].tolist() == [
         dirichlet.STAY, dirichlet.ELSEWHERE, dirichlet.ELSEWHERE,
     ]  # fmt: skip
 
@@ -65,10 +65,10 @@ def test_bounds_are_those_of_the_beta_distribution(prior: float) -> None:
     model = TransitionModel(PEAR.counts, prior)
     low, high = credible_interval(model, 0.9)
 
-    mine = model.pseudo_counts[State.RIGHT, Action.PUSH_LEFT]
+    mine = model.pseudo_counts[RIGHT, PUSH_LEFT]
     beta = stats.beta(mine[0], mine[1:].sum())
-    assert low[State.RIGHT, Action.PUSH_LEFT, 0] == pytest.approx(beta.ppf(0.05))
-    assert high[State.RIGHT, Action.PUSH_LEFT, 0] == pytest.approx(beta.ppf(0.95))
+    assert low[RIGHT, PUSH_LEFT, 0] == pytest.approx(beta.ppf(0.05))
+    assert high[RIGHT, PUSH_LEFT, 0] == pytest.approx(beta.ppf(0.95))
     assert np.all((low <= model.transition) & (model.transition <= high))
 
 

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 from random_models import World, counts, joint_of, marginal, policy_of, transition_of, worlds
 from scipy import sparse
 
-from likeme_core.tabletop import Action, Mode, State
+from likeme_core.paper_world import PUSH_LEFT, WORLD
+from likeme_core.tabletop import Mode, State
 from likeme_inference.tabletop.action_selection import choose
 from likeme_inference.tabletop.arrays import IntArray
 from likeme_inference.tabletop.dirichlet import sample_transitions
@@ -143,26 +144,30 @@ def test_sparse_models_agree_with_dense_ones(
     assert thin.predict(x, actions - 1) == pytest.approx(dense.predict(x, actions - 1), **EXACT)
 
 
-@given(counts(states=3, actions=6), st.sampled_from(State), st.sampled_from(State))
+@given(counts(states=3, actions=6), st.sampled_from(WORLD.states), st.sampled_from(WORLD.states))
 @MANY
 def test_choice_matches_the_joint(n: IntArray, x: State, g: State) -> None:
     p = transition_of(n)
     policy = policy_of(p, np.eye(3), n.shape)
     model = GoalModel.of(maximum_likelihood(n), TABLETOP)
 
-    made = choose(model, x, g, Action.PUSH_LEFT, Mode.INTERACTIVE, 0.5)
+    made = choose(model, x, g, PUSH_LEFT, Mode.INTERACTIVE, 0.5)
 
-    assert made.action_probability == pytest.approx([policy[x, g, a] for a in Action], **EXACT)
-    assert made.success_probability == pytest.approx([p[x, a, g] for a in Action], **EXACT)
+    assert made.action_probability == pytest.approx(
+        [policy[x, g, a] for a in WORLD.actions], **EXACT
+    )
+    assert made.success_probability == pytest.approx([p[x, a, g] for a in WORLD.actions], **EXACT)
     if made.action is not None:
-        assert made.predicted == pytest.approx([p[x, made.action, y] for y in State], **EXACT)
+        assert made.predicted == pytest.approx(
+            [p[x, made.action, y] for y in WORLD.states], **EXACT
+        )
         assert made.predicted_success == made.predicted[g]
         assert policy[x, g, made.action] == pytest.approx(max(made.action_probability), **EXACT)
 
 
 @pytest.mark.parametrize('name', ['pear', 'lemon', 'chicken'])
-@pytest.mark.parametrize('x', State)
-@pytest.mark.parametrize('y', State)
+@pytest.mark.parametrize('x', WORLD.states)
+@pytest.mark.parametrize('y', WORLD.states)
 def test_the_paper_s_models_match_the_joint(name: str, x: State, y: State) -> None:
     n, prior, eye = shipped().objects[name].counts, np.full(3, 1 / 3), np.eye(3)
     p = transition_of(n)

@@ -14,7 +14,9 @@ import pytest
 from example_trials import PEAR, trial
 
 from likeme_core.outcomes import Actor, MotionOutcome
-from likeme_core.tabletop import Action, Mode, State
+from likeme_core.paper_world import LEFT, PUSH_LEFT, PUSH_RIGHT, RIGHT, WORLD
+from likeme_core.tabletop import Mode, State
+from likeme_core.world import World
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.exploration_policy import Random, Systematic
 from likeme_inference.experience.imitation_experience import ImitationExperience
@@ -27,17 +29,15 @@ from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.values import Decision, Outcome, Result
 
-OBJECTS = ('pear', 'lemon', 'chicken')
-
 
 @pytest.fixture
 def store() -> Iterator[ExperienceStore]:
-    with closing(ExperienceStore('sqlite://')) as opened:
+    with closing(ExperienceStore('sqlite://', WORLD)) as opened:
         yield opened
 
 
 def campaign(policy: Systematic | Random | None = None, seed: int = 1) -> Campaign:
-    return Campaign('robot', 'test-1', seed, OBJECTS, policy or Systematic(2))
+    return Campaign(WORLD, 'robot', 'test-1', seed, WORLD.objects, policy or Systematic(2))
 
 
 def test_trial_identity_and_seed_are_stable() -> None:
@@ -47,7 +47,7 @@ def test_trial_identity_and_seed_are_stable() -> None:
     assert key.seed(1) == 8097126674643826257
     others = [
         replace(key, robot='r'), replace(key, campaign='c'), replace(key, repetition=1),
-        replace(key, pair=PEAR._replace(action=Action.PUSH_LEFT)),
+        replace(key, pair=PEAR._replace(action=PUSH_LEFT)),
     ]  # fmt: skip
     assert len({k.identity for k in (key, *others)}) == 5
     assert len({key.seed(1), key.seed(2), key.seed(1, attempt=1), others[2].seed(1)}) == 4
@@ -67,7 +67,7 @@ def test_a_motion_that_was_held_is_no_trial() -> None:
 def test_trial_file_round_trip(tmp_path: Path) -> None:
     trials = (trial(0), trial(1, robot='a, "strange" one'), replace(trial(2), before=None))
     assert save(trials, tmp_path / 'trials.csv') == 3
-    assert load(tmp_path / 'trials.csv') == trials
+    assert load(tmp_path / 'trials.csv', WORLD) == trials
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_a_broken_trial_file_is_refused_by_line(line: int, becomes: str | None, 
     lines = text.getvalue().splitlines()
     lines[line : line + 1] = [] if becomes is None else becomes.split('\n')
     with pytest.raises(TrialFileError) as refused:
-        list(parse(lines))
+        list(parse(lines, WORLD))
     assert why in str(refused.value)
 
 
@@ -96,7 +96,7 @@ def test_unknown_names_in_a_trial_file_are_reported() -> None:
     with pytest.raises(
         TrialFileError, match="line 3: expected one of LEFT RIGHT OFFTABLE, got 'UP'"
     ):
-        list(parse(text.getvalue().replace('RIGHT,COMPLETED', 'UP,COMPLETED').splitlines()))
+        list(parse(text.getvalue().replace('RIGHT,COMPLETED', 'UP,COMPLETED').splitlines(), WORLD))
 
 
 def test_systematic_tries_every_pair_equally_often_in_rounds() -> None:
@@ -121,7 +121,7 @@ def test_a_restarted_campaign_resumes(store: ExperienceStore) -> None:
     after = Progress(campaign(), store)
     assert (after.total, after.done) == (108, 14)
     assert set(after.missing()) == set(first) - set(first[:40:3])
-    others = Campaign('other', 'test-1', 1, OBJECTS, Systematic(2))
+    others = Campaign(WORLD, 'other', 'test-1', 1, WORLD.objects, Systematic(2))
     assert Progress(others, store).done == 0
 
 
@@ -131,14 +131,16 @@ class UntilItWorks:
 
     adaptive: bool = True
 
-    def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
+    def next(self, world: World, counts: Counts, rng: np.random.Generator) -> Pair | None:
         ends = counts['pear'][PEAR.x_i, PEAR.action]
-        return None if ends[State.RIGHT] else PEAR
+        return None if ends[RIGHT] else PEAR
 
 
 def test_an_adaptive_policy_sees_how_each_trial_ended(store: ExperienceStore) -> None:
-    progress = Progress(Campaign('robot', 'test-1', 1, OBJECTS, UntilItWorks()), store)
-    ends, made = iter((State.LEFT, State.LEFT, State.RIGHT)), []
+    progress = Progress(
+        Campaign(WORLD, 'robot', 'test-1', 1, WORLD.objects, UntilItWorks()), store
+    )
+    ends, made = iter((LEFT, LEFT, RIGHT)), []
     for key in progress.missing():
         store.record([trial(key.repetition, key.pair, next(ends))])
         progress.recorded(key)
@@ -148,21 +150,21 @@ def test_an_adaptive_policy_sees_how_each_trial_ended(store: ExperienceStore) ->
 
 
 def test_counts_before_the_first_trial_are_zero() -> None:
-    assert {t.sum() for t in no_counts(OBJECTS).values()} == {0}
+    assert {t.sum() for t in no_counts(WORLD, WORLD.objects).values()} == {0}
 
 
 def decision(number: int = 1) -> Decision:
     return Decision(
-        100, 'base_link', number, 1, Mode.GOAL_BASED, 'pear', State.LEFT, State.RIGHT,
-        (0.1, 0.9, 0.0), Kind.EXECUTE, Action.PUSH_RIGHT, (0,) * 6, (0,) * 6, (0.0, 1.0, 0.0),
+        100, 'base_link', number, 1, Mode.GOAL_BASED, 'pear', LEFT, RIGHT,
+        (0.1, 0.9, 0.0), Kind.EXECUTE, PUSH_RIGHT, (0,) * 6, (0,) * 6, (0.0, 1.0, 0.0),
         1.0, 1, (0,) * 6, 1.0, 0.5, Policy.DIRECT, 'model', 'I push.',
     )  # fmt: skip
 
 
-def outcome(number: int = 1, x_f: State | None = State.RIGHT) -> Outcome:
+def outcome(number: int = 1, x_f: State | None = RIGHT) -> Outcome:
     return Outcome(
-        200, 'base_link', number, 'pear', State.LEFT, State.RIGHT, x_f, Result.REACHED,
-        Actor.ROBOT, Action.PUSH_RIGHT, 1.0, MotionOutcome.COMPLETED, 'It is there.',
+        200, 'base_link', number, 'pear', LEFT, RIGHT, x_f, Result.REACHED,
+        Actor.ROBOT, PUSH_RIGHT, 1.0, MotionOutcome.COMPLETED, 'It is there.',
     )  # fmt: skip
 
 
@@ -175,12 +177,12 @@ def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
         model = experience.record_outcome(decision(), outcome())
     assert model is experience.model
     pushed = model.model_of('pear').counts - before.model_of('pear').counts
-    assert pushed[State.LEFT, Action.PUSH_RIGHT].tolist() == [0, 1, 0]
+    assert pushed[LEFT, PUSH_RIGHT].tolist() == [0, 1, 0]
     assert pushed.sum() == 1
     # The learned model may have been exported from this very store: nothing counts twice.
     again = ImitationExperience(store, 'robot', '0.1.0', model)
     assert again.model.rows == model.rows
-    experience.record_outcome(decision(2), outcome(2, State.LEFT))
+    experience.record_outcome(decision(2), outcome(2, LEFT))
     assert experience.model.version == '1+2'
 
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from sqlalchemy.dialects import mysql, postgresql
 from sqlalchemy.schema import CreateTable
 
-from likeme_core.tabletop import Action, State
+from likeme_core.paper_world import LEFT, OFFTABLE, PLACE_LEFT, PUSH_RIGHT, RIGHT, WORLD
 from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import robot_model
 from likeme_inference.experience.schema import metadata, trials
@@ -29,8 +29,9 @@ WRITER = """
 import sys
 sys.path.insert(0, sys.argv[1])
 from example_trials import trial
+from likeme_core.paper_world import WORLD
 from likeme_inference.experience.store import ExperienceStore
-store = ExperienceStore(sys.argv[2])
+store = ExperienceStore(sys.argv[2], WORLD)
 for repetition in range(int(sys.argv[3]), int(sys.argv[4])):
     store.record([trial(repetition)])
     print(repetition, flush=True)
@@ -44,7 +45,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def store(path: Path) -> Iterator[ExperienceStore]:
-    with closing(ExperienceStore(str(path))) as opened:
+    with closing(ExperienceStore(str(path), WORLD)) as opened:
         yield opened
 
 
@@ -66,24 +67,24 @@ def test_store_round_trip(store: ExperienceStore) -> None:
 def test_several_batches_recorded_twice(store: ExperienceStore, path: Path) -> None:
     many = [trial(n) for n in range(BATCH + 5)]
     assert store.record(many)[:2] == (BATCH + 5, 0)
-    with closing(ExperienceStore(str(path), create=False)) as again:
+    with closing(ExperienceStore(str(path), WORLD, create=False)) as again:
         assert again.record(many)[:2] == (0, BATCH + 5)
         assert again.counts(('pear',))['pear'][PEAR.x_i, PEAR.action].tolist() == [0, BATCH + 5, 0]
 
 
 def test_contradicting_records_are_reported_and_the_first_is_kept(store: ExperienceStore) -> None:
     store.record([trial(0)])
-    said = store.record([trial(0, x_f=State.LEFT), trial(1), trial(1, x_f=State.OFFTABLE)])
+    said = store.record([trial(0, x_f=LEFT), trial(1), trial(1, x_f=OFFTABLE)])
     identities = trial(0).key.identity, trial(1).key.identity
     assert (said.new, said.known, set(said.contradicting)) == (1, 2, set(identities))
-    assert {t.x_f for t in store.trials()} == {State.RIGHT}
+    assert {t.x_f for t in store.trials()} == {RIGHT}
 
 
 def test_model_from_trials_by_source(store: ExperienceStore) -> None:
-    left = Pair('lemon', State.RIGHT, Action.PLACE_LEFT)
-    store.record([trial(0), trial(1, x_f=State.LEFT), trial(0, robot='other'), trial(0, left)])
+    left = Pair('lemon', RIGHT, PLACE_LEFT)
+    store.record([trial(0), trial(1, x_f=LEFT), trial(0, robot='other'), trial(0, left)])
     model = robot_model(store)
-    assert model.model_of('pear').counts[State.LEFT, Action.PUSH_RIGHT].tolist() == [1, 2, 0]
+    assert model.model_of('pear').counts[LEFT, PUSH_RIGHT].tolist() == [1, 2, 0]
     assert set(model.sources) == {'robot/test-1', 'other/test-1'}
     assert model.version == '4'
     alone = robot_model(store, robots=['other'])
@@ -98,7 +99,7 @@ def test_no_trial_makes_a_model_without_rows(store: ExperienceStore) -> None:
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.lists(st.integers(0, 12), max_size=12), min_size=1, max_size=4))
 def test_merging_in_any_order_counts_each_once(parts: list[list[int]]) -> None:
-    stores = [ExperienceStore('sqlite://') for _ in range(2)]
+    stores = [ExperienceStore('sqlite://', WORLD) for _ in range(2)]
     for store, order in zip(stores, (parts, parts[::-1]), strict=True):
         for part in order:
             store.record(trial(n) for n in part)
@@ -114,7 +115,7 @@ def test_concurrent_writers_lose_no_trial(path: Path) -> None:
     writers = [writer(path, first, first + 40) for first in range(0, 80, 20)]
     said = [process.communicate(timeout=60) for process in writers]
     assert [process.returncode for process in writers] == [0] * 4, said
-    with closing(ExperienceStore(str(path), create=False)) as store:
+    with closing(ExperienceStore(str(path), WORLD, create=False)) as store:
         assert sorted(t.key.repetition for t in store.trials()) == list(range(100))
 
 
@@ -124,7 +125,7 @@ def test_a_killed_writer_loses_no_recorded_trial(path: Path) -> None:
     said = [int(process.stdout.readline()) for _ in range(20)]
     process.kill()
     said += [int(line) for line in process.communicate()[0].splitlines() if line]
-    with closing(ExperienceStore(str(path), create=False)) as store:
+    with closing(ExperienceStore(str(path), WORLD, create=False)) as store:
         kept = sorted(t.key.repetition for t in store.trials())
     assert kept[: len(said)] == said
     assert len(kept) <= len(said) + 1
@@ -138,7 +139,7 @@ def broken(path: Path, kind: str) -> None:
         with closing(sqlite3.connect(path)) as other:
             other.execute('CREATE TABLE recipes (name TEXT)')
         return
-    with closing(ExperienceStore(str(path))) as store:
+    with closing(ExperienceStore(str(path), WORLD)) as store:
         store.record(trial(n) for n in range(500))
     if kind == 'torn':
         whole = path.read_bytes()
@@ -165,14 +166,14 @@ def test_other_databases_are_rejected_unchanged(path: Path, kind: str, why: str)
     broken(path, kind)
     before = path.read_bytes()
     with pytest.raises(StoreError) as refused:
-        ExperienceStore(str(path))
+        ExperienceStore(str(path), WORLD)
     assert why in str(refused.value)
     assert '\n' not in str(refused.value)
     assert path.read_bytes() == before
 
 
 def test_a_locked_store_is_rejected_unchanged(path: Path) -> None:
-    with closing(ExperienceStore(str(path), lock_timeout=0.2)) as store:
+    with closing(ExperienceStore(str(path), WORLD, lock_timeout=0.2)) as store:
         store.record([trial(0)])
         with closing(sqlite3.connect(path, isolation_level=None)) as other:
             other.execute('BEGIN IMMEDIATE')
@@ -194,12 +195,12 @@ def test_a_locked_store_is_rejected_unchanged(path: Path) -> None:
 )
 def test_invalid_places_are_rejected(place: str, why: str) -> None:
     with pytest.raises(StoreError, match=why):
-        ExperienceStore(place)
+        ExperienceStore(place, WORLD)
 
 
 def test_reading_creates_no_file(path: Path) -> None:
     with pytest.raises(StoreError, match='no experience yet'):
-        ExperienceStore(str(path), create=False)
+        ExperienceStore(str(path), WORLD, create=False)
     assert not path.exists()
 
 

@@ -5,29 +5,29 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from likeme_core.tabletop import Action, State
+from likeme_core.paper_world import PLACE_LEFT, PUSH_LEFT, WORLD
 from likeme_inference.tabletop.goal_exploration import explore, explored_policy, reinforced
 from likeme_inference.tabletop.goal_inference import direct_policy
 from likeme_inference.tabletop.model_file import shipped
 
 PEAR = shipped().objects['pear'].transition
 CHICKEN = shipped().objects['chicken'].transition
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 
 
 def test_success_raises_its_action_and_lowers_the_others() -> None:
     before = direct_policy(CHICKEN)
-    after = reinforced(before, R, L, Action.PLACE_LEFT, 0.1)
+    after = reinforced(before, R, L, PLACE_LEFT, 0.1)
 
     assert after[R, L].sum() == pytest.approx(1)
-    assert after[R, L, Action.PLACE_LEFT] > before[R, L, Action.PLACE_LEFT]
-    assert after[R, L, Action.PUSH_LEFT] < before[R, L, Action.PUSH_LEFT]
+    assert after[R, L, PLACE_LEFT] > before[R, L, PLACE_LEFT]
+    assert after[R, L, PUSH_LEFT] < before[R, L, PUSH_LEFT]
     assert np.array_equal(np.delete(after, R, axis=0), np.delete(before, R, axis=0))
     assert before[R, L].tolist() == direct_policy(CHICKEN)[R, L].tolist()
 
 
 def test_a_first_success_initialises_a_row() -> None:
-    after = reinforced(direct_policy(PEAR), O, L, Action.PUSH_LEFT, 0.1)
+    after = reinforced(direct_policy(PEAR), O, L, PUSH_LEFT, 0.1)
 
     assert after[O, L].tolist() == [0, 0, 0, 1, 0, 0]
     with pytest.raises(ValueError, match=r'step from 0 to 1, got 1\.5'):
@@ -55,15 +55,15 @@ def test_practice_converges_to_the_explored_policy() -> None:
 def test_exploration_in_a_different_world() -> None:
     """The robot believes in pushing the pear; in a world where only placing works it learns so."""
     world = PEAR.copy()
-    world[R, Action.PUSH_LEFT] = [0, 1, 0]
-    world[R, Action.PLACE_LEFT] = [1, 0, 0]
+    world[R, PUSH_LEFT] = [0, 1, 0]
+    world[R, PLACE_LEFT] = [1, 0, 0]
     believed = PEAR.copy()
-    believed[R, Action.PLACE_LEFT] = [0.1, 0.7, 0.2]
+    believed[R, PLACE_LEFT] = [0.1, 0.7, 0.2]
     practised = explore(believed, world, 0.05, 1000, np.random.default_rng(3))[-1]
 
-    assert direct_policy(believed)[R, L].argmax() == Action.PUSH_LEFT
+    assert direct_policy(believed)[R, L].argmax() == PUSH_LEFT
     assert practised[R, L].argmax() == explored_policy(believed, world)[R, L].argmax()
-    assert practised[R, L].argmax() == Action.PLACE_LEFT
+    assert practised[R, L].argmax() == PLACE_LEFT
 
 
 def test_goals_that_cannot_be_reached_stay_without_a_policy() -> None:

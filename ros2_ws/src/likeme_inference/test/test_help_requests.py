@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from likeme_core.tabletop import Action, State
+from likeme_core.paper_world import LEFT, PUSH_LEFT, RIGHT
 from likeme_inference.help_requests import ANSWERS_KEPT, AnswerRefusedError, HelpRequests
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 
 def request(number: int) -> HelpRequest:
-    return HelpRequest(
-        0, '', number, 'pear', State.RIGHT, State.LEFT, Action.PUSH_LEFT, 0.4, 0.5, 'Will you?'
-    )
+    return HelpRequest(0, '', number, 'pear', RIGHT, LEFT, PUSH_LEFT, 0.4, 0.5, 'Will you?')
 
 
 @pytest.fixture

@@ -10,8 +10,9 @@ from builtin_interfaces.msg import Time
 from fakes import demonstration
 
 from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.paper_world import LEFT, PUSH_RIGHT, RIGHT, WORLD
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.tabletop import Manner
 from likeme_inference.session_inputs import (
     InputKind,
     read_demonstration,
@@ -27,7 +28,7 @@ from likeme_msgs.srv import AskHuman, ExecuteAction
 @pytest.mark.parametrize(
     ('enum', 'interface'),
     [
-        (State, ObjectState), (Action, ExecuteAction.Request), (Manner, Demonstration),
+        (Manner, Demonstration),
         (Kind, Decision), (Result, Outcome), (Actor, Outcome),
         (MotionOutcome, ExecuteAction.Request),
         (Reply, AskHuman.Request), (InputKind, Heard),
@@ -40,12 +41,13 @@ def test_enums_have_the_numbers_of_the_messages(enum: Any, interface: Any) -> No
 
 
 def test_a_good_demonstration() -> None:
-    msg = demonstration('pear', State.LEFT, State.RIGHT, Manner.PUSH)
+    msg = demonstration('pear', LEFT, RIGHT, Manner.PUSH)
     msg.header.stamp, msg.header.frame_id = Time(sec=3, nanosec=7), 'camera'
-    demo = read_demonstration(msg)
+    demo = read_demonstration(msg, WORLD)
 
     assert (demo.stamp, demo.start, demo.end) == (3_000_000_007, 10**9, 2 * 10**9)
-    assert (demo.object, demo.frame, demo.action) == ('pear', 'camera', Action.PUSH_RIGHT)
+    assert (demo.object, demo.frame) == ('pear', 'camera')
+    assert WORLD.action_of(demo.manner, demo.x_f) == PUSH_RIGHT
 
 
 @pytest.mark.parametrize(
@@ -58,27 +60,28 @@ def test_a_good_demonstration() -> None:
         ('x_f_probability', [0.5, 0.5], 'x_f_probability as 3 numbers'),
         ('x_f_probability', [1.5, -0.5, 0.0], 'numbers from 0 to 1'),
         ('x_f_probability', [math.nan, 0.5, 0.5], 'numbers from 0 to 1'),
-        ('manner', 2, 'manner from 0 to 1, got 2'),
-        ('manner_probability', 0.2, r'p\(manner\) from 0.5 to 1, got 0.2'),
+        ('manner', 3, 'manner from 0 to 2, got 3'),
+        ('manner_probability', 0.2, r'p\(manner\) from 1/3 to 1, got 0.2'),
         ('manner_probability', math.nan, 'got nan'),
+        ('world', 'kitchen@0', f'the world {WORLD.label}, got one of kitchen@0'),
         ('start', Time(sec=5), 'an end after the start'),
     ],
 )
 def test_bad_demonstrations(field: str, value: Any, why: str) -> None:
-    msg = demonstration('pear', State.LEFT, State.RIGHT)
+    msg = demonstration('pear', LEFT, RIGHT)
     setattr(msg, field, value)
 
     with pytest.raises(ValueError, match=why):
-        read_demonstration(msg)
+        read_demonstration(msg, WORLD)
 
 
 def test_unknown_states_are_omitted() -> None:
-    objects = [ObjectState(name='pear', state=1), ObjectState(name='lemon', state=3)]
-    view = read_table(TableState(settled=True, objects=objects))
+    objects = [ObjectState(name='pear', state=1), ObjectState(name='lemon', state=255)]
+    view = read_table(TableState(settled=True, objects=objects), WORLD)
 
-    assert (view.states, view.settled) == ({'pear': State.RIGHT}, True)
+    assert (view.states, view.settled) == ({'pear': RIGHT}, True)
     with pytest.raises(ValueError, match='state of plum from 0 to 2, got 4'):
-        read_table(TableState(objects=[ObjectState(name='plum', state=4)]))
+        read_table(TableState(objects=[ObjectState(name='plum', state=4)]), WORLD)
 
 
 def test_unknown_motion_outcomes() -> None:
@@ -86,7 +89,7 @@ def test_unknown_motion_outcomes() -> None:
     bad = read_motion(ExecuteAction.Response(outcome=77))
 
     assert (good.outcome, good.finished) == (MotionOutcome.HELD, 4 * 10**9)
-    assert (bad.outcome, bad.message) == (None, 'expected an outcome from 0 to 10, got 77.')
+    assert (bad.outcome, bad.message) == (None, 'expected an outcome from 0 to 11, got 77.')
 
 
 def test_times() -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from likeme_core.tabletop import Action, Mode, State
+from likeme_core.paper_world import LEFT, PUSH_LEFT, PUSH_RIGHT, WORLD
+from likeme_core.tabletop import Mode
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.model_file import (
@@ -41,7 +42,7 @@ def test_counts_of_several_sources_add_up() -> None:
     model = parse(GOOD)
 
     assert model.label == 'tiny 7'
-    assert model.objects['pear'].counts[State.LEFT, Action.PUSH_RIGHT].tolist() == [1, 10, 1]
+    assert model.objects['pear'].counts[LEFT, PUSH_RIGHT].tolist() == [1, 10, 1]
     assert model.sources['a'] == 'Made up, for a test'
     assert model.objects['pear'].trials == 12
 
@@ -95,8 +96,14 @@ def test_models_of_other_domains(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        (KITCHEN, r'expected the states LEFT, RIGHT, .* got board, pan, plate, floor and lift'),
-        (GOOD.replace('object,x_i', 'goal,TIDY,LEFT\nobject,x_i'), 'expected no lines goal, aim'),
+        (
+            KITCHEN,
+            r'a model of the world chung2015, with the states LEFT, .* got board, pan, plate, floor',
+        ),
+        (
+            GOOD.replace('object,x_i', 'goal,TIDY,LEFT\nobject,x_i'),
+            'the lines goal, aim and out_of_reach of the world chung2015',
+        ),
         (GOOD.partition('pear')[0] + 'end,0,0', 'expected rows of at least one object, got none'),
     ],
 )
@@ -106,7 +113,7 @@ def test_other_domains_are_not_loaded_as_the_tabletop(
     (tmp_path / 'other.csv').write_text(text)
 
     with pytest.raises(ModelFileError, match=message):
-        load_tabletop(tmp_path / 'other.csv')
+        load_tabletop(tmp_path / 'other.csv', WORLD)
 
 
 def test_tabletop_files_may_repeat_the_tabletop_lines(tmp_path: Path) -> None:
@@ -115,7 +122,7 @@ def test_tabletop_files_may_repeat_the_tabletop_lines(tmp_path: Path) -> None:
     text = GOOD.replace('object,x_i', f'{said}out_of_reach,OFFTABLE\nobject,x_i')
     (tmp_path / 'model.csv').write_text(text)
 
-    assert load_tabletop(tmp_path / 'model.csv') == parse(GOOD)
+    assert load_tabletop(tmp_path / 'model.csv', WORLD) == parse(GOOD)
     swapped = text.replace('goal,LEFT,LEFT\ngoal,RIGHT,RIGHT', 'goal,RIGHT,RIGHT\ngoal,LEFT,LEFT')
     assert parse(swapped).domain != TABLETOP
 
@@ -171,7 +178,7 @@ def test_wrong_files_are_refused_with_line_and_reason(old: str, new: str, messag
     'name', ['', ' pear', '#pear', 'end', 'a\nb', 'a\u2028b', 'a\x07', '\ud800']
 )
 def test_models_a_file_cannot_represent_are_not_written(name: str, tmp_path: Path) -> None:
-    row = TrialCounts(name, State.LEFT, Action.PUSH_LEFT, (1, 0, 0), 'a')
+    row = TrialCounts(name, LEFT, PUSH_LEFT, (1, 0, 0), 'a')
 
     with pytest.raises(ModelFileError, match='expected a source, and names of one line'):
         save(RobotModel('m', '1', {'a': 'A'}, (row,)), tmp_path / 'model.csv')
@@ -180,7 +187,7 @@ def test_models_a_file_cannot_represent_are_not_written(name: str, tmp_path: Pat
 
 @pytest.mark.parametrize('name', ['a,b', 'a "b"', 'ü', 'end.', 'p#', '1'])
 def test_names_with_special_characters(name: str) -> None:
-    row = TrialCounts(name, State.LEFT, Action.PUSH_LEFT, (10**15 - 1, 0, 0), 'a')
+    row = TrialCounts(name, LEFT, PUSH_LEFT, (10**15 - 1, 0, 0), 'a')
     model = RobotModel(name, name, {'a': name}, (row,))
 
     assert parse(format_model(model)) == model
@@ -217,7 +224,7 @@ def test_errors_name_the_file(tmp_path: Path) -> None:
 
 
 def test_models_in_memory_are_validated() -> None:
-    row = TrialCounts('pear', State.LEFT, Action.PUSH_LEFT, (1, 0, 0), 'a')
+    row = TrialCounts('pear', LEFT, PUSH_LEFT, (1, 0, 0), 'a')
 
     with pytest.raises(ValueError, match='each row once, got 2'):
         RobotModel('m', '1', {'a': 'A'}, (row, row))

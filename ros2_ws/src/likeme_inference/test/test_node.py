@@ -10,8 +10,9 @@ from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
 from likeme_core.observations import TableSnapshot
+from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import stamp_ns
-from likeme_core.tabletop import Manner, Mode, State
+from likeme_core.tabletop import Manner, Mode
 from likeme_inference import messages
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.session_inputs import read_demonstration
@@ -24,7 +25,7 @@ from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome
 from likeme_msgs.srv import AskHuman
 
 pytestmark = pytest.mark.graph
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 TWELVE = [
     (name, *change)
     for name in ('pear', 'lemon', 'chicken')
@@ -43,11 +44,11 @@ class Listener:
 
 def expected_decision(demo: Demonstration, mode: Mode, got: Decision) -> Decision:
     """Ask the library for its decision on the same demonstration and table."""
-    value = read_demonstration(demo)
+    value = read_demonstration(demo, WORLD)
     stamp = stamp_ns(got.header.stamp)
     view = TableSnapshot(stamp, got.header.frame_id, True, {demo.object: value.x_i})
     return messages.decision_msg(
-        decide(shipped(), ImitationSettings(mode=mode), value, view, got.id)
+        WORLD, decide(shipped(), ImitationSettings(mode=mode), value, view, got.id)
     )
 
 
@@ -84,13 +85,17 @@ def test_twelve_demonstrations(tmp_path: Path, mode: Mode) -> None:
                 assert answer(graph, decision.id, AskHuman.Request.DONE_BY_HAND).success
             outcome = graph.until(lambda: heard.outcomes, 10, 'an outcome').pop()
 
-            value = read_demonstration(demo)
-            assert belief == messages.belief_msg(believe(shipped(), ImitationSettings(), value))
+            value = read_demonstration(demo, WORLD)
+            assert belief == messages.belief_msg(
+                WORLD, believe(shipped(), ImitationSettings(), value)
+            )
             assert decision == expected_decision(demo, mode, decision)
             # Once, the pear is worth asking for; with three actions it is worth trying.
             asked = mode is Mode.INTERACTIVE and (name, x_i, x_f) == ('pear', R, L)
             assert decision.kind == (Kind.ASK_HUMAN if asked else Kind.EXECUTE)
-            assert [r.action for r in arm.requests] == ([] if asked else [decision.action])
+            assert [r.action for r in arm.requests] == (
+                [] if asked else [WORLD.actions[decision.action].name]
+            )
             assert (outcome.result, outcome.decision_id) == (Outcome.REACHED, decision.id)
             assert outcome.actor == (Outcome.HUMAN if asked else Outcome.ROBOT)
         assert process.stop() == 0
@@ -122,7 +127,9 @@ def test_sequential_mode_tries_again_and_asks_when_its_actions_are_spent(tmp_pat
         assert [o.result for o in heard.outcomes] == [
             Outcome.MISSED, Outcome.MISSED, Outcome.REACHED,
         ]  # fmt: skip
-        assert [r.action for r in arm.requests] == [d.action for d in decisions[:2]]
+        assert [r.action for r in arm.requests] == [
+            WORLD.actions[d.action].name for d in decisions[:2]
+        ]
         assert process.stop() == 0
 
 
@@ -138,10 +145,10 @@ def test_policy_prior_and_soft_evidence_reach_the_decision(tmp_path: Path, polic
         camera.send(demo)
         got = graph.until(lambda: len(heard.beliefs) == 2 and heard.beliefs[1], 20, 'two beliefs')
 
-        value = read_demonstration(demo)
+        value = read_demonstration(demo, WORLD)
         model = shipped().goal_model('lemon', policy=policy, concentration=0.09)
         settings = ImitationSettings(policy=policy, concentration=0.09)
-        assert got == messages.belief_msg(believe(shipped(), settings, value))
+        assert got == messages.belief_msg(WORLD, believe(shipped(), settings, value))
         expected = model.goal_posterior([0.8, 0.2, 0.0], [0.1, 0.7, 0.2])
         assert list(got.posterior) == expected.tolist()
         assert expected.tolist() != model.goal_posterior(L, R).tolist()
@@ -171,7 +178,7 @@ def test_outcomes_are_experience(tmp_path: Path, learns: bool) -> None:
     assert decisions[0].predicted_success == 0.6
     assert decisions[1].predicted_success == pytest.approx(6 / 11 if learns else 0.6)
     assert (decisions[1].model != decisions[0].model) == learns
-    kept = ExperienceStore(str(store), create=False).tallies()
+    kept = ExperienceStore(str(store), WORLD, create=False).tallies()
     assert sum(tally.trials for tally in kept) == (2 if learns else 0)
 
 

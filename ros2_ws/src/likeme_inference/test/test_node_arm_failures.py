@@ -12,12 +12,12 @@ from fakes import Arm, Camera
 
 from graph import LATCHED, Graph, NodeProcess
 from likeme_core.outcomes import MotionOutcome
+from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import stamp_ns
-from likeme_core.tabletop import State
 from likeme_msgs.msg import Decision, Outcome
 
 pytestmark = pytest.mark.graph
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 FAKE_ARM = Path(__file__).with_name('fake_arm_process.py')
 #: s: Fast DDS holds a participant alive for this long after its last sign (its default lease).
 DDS_LEASE = 20.0
@@ -49,7 +49,7 @@ def test_arm_absent(tmp_path: Path) -> None:
         graph.during(1.5)
 
         assert (outcome.result, outcome.motion_outcome) == (Outcome.ARM_FAILED, 255)
-        assert (outcome.x_f, outcome.actor) == (3, Outcome.ROBOT)
+        assert (outcome.x_f, outcome.actor) == (255, Outcome.ROBOT)
         assert 'was not there within 1 s' in outcome.sentence
         assert waited < 2
         assert arm.requests == outcomes == []
@@ -109,7 +109,7 @@ def test_a_camera_that_falls_silent_has_not_seen_it(tmp_path: Path) -> None:
         arm.may_answer.set()
         outcome = graph.until(lambda: outcomes, 5, 'NOT_SEEN').pop()
 
-        assert (outcome.result, outcome.x_f) == (Outcome.NOT_SEEN, 3)
+        assert (outcome.result, outcome.x_f) == (Outcome.NOT_SEEN, 255)
         assert outcome.motion_outcome == MotionOutcome.COMPLETED
 
 
@@ -132,7 +132,7 @@ def test_arm_killed_in_the_middle_and_back_again(tmp_path: Path) -> None:
         _, camera, outcomes = start(graph)
         arm = graph.run('arm_killed', sys.executable, str(FAKE_ARM))
         let_act(graph, camera)
-        graph.until(lambda: 'Request: action 3 chicken' in arm.said, 10, 'the request')
+        graph.until(lambda: 'Request: action PUSH_LEFT chicken' in arm.said, 10, 'the request')
         arm.signal(signal.SIGKILL)
         killed = time.monotonic()
         outcome = graph.until(lambda: outcomes, DDS_LEASE + 10, 'ARM_FAILED').pop()
@@ -151,7 +151,7 @@ def test_a_new_arm_does_not_inherit_the_request_of_a_killed_one(tmp_path: Path) 
         _, camera, outcomes = start(graph, action_timeout=4.0)
         arm = graph.run('arm_killed', sys.executable, str(FAKE_ARM))
         let_act(graph, camera)
-        graph.until(lambda: 'Request: action 3 chicken' in arm.said, 10, 'the request')
+        graph.until(lambda: 'Request: action PUSH_LEFT chicken' in arm.said, 10, 'the request')
         arm.signal(signal.SIGKILL)
         back = Arm(graph, camera)
         outcome = graph.until(lambda: outcomes, 8, 'ARM_FAILED').pop()

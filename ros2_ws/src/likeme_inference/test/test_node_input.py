@@ -12,13 +12,13 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter
 
 from graph import LATCHED, Graph
-from likeme_core.tabletop import State
-from likeme_inference.node_settings import SETTINGS
+from likeme_core.paper_world import WORLD
+from likeme_inference.node_settings import settings_of
 from likeme_inference.tabletop.model_file import format_model, shipped
 from likeme_msgs.msg import Decision, GoalBelief
 
 pytestmark = pytest.mark.graph
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 
 
 def set_parameter(graph: Graph, name: str, value: Any) -> Any:
@@ -62,7 +62,7 @@ def test_invalid_demonstrations_are_counted_and_logged_once(tmp_path: Path) -> N
 def test_parameter_ranges_are_published(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         graph.start('likeme_inference.inference_node')
-        numbers = {n: s for n, s in SETTINGS.items() if s.limits}
+        numbers = {n: s for n, s in settings_of(WORLD).items() if s.limits}
         request = DescribeParameters.Request(names=list(numbers))
         told = graph.call(DescribeParameters, 'inference_node/describe_parameters', request)
 

@@ -14,6 +14,7 @@ from std_msgs.msg import Header
 
 from graph import LATCHED, Graph
 from likeme_core.outcomes import MotionOutcome
+from likeme_core.paper_world import LEFT, RIGHT
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference.session_inputs import InputKind
@@ -58,13 +59,13 @@ def test_a_replayed_session_applies_recorded_inputs_and_moves_nothing(tmp_path: 
             camera.publish()
             replay.send(InputKind.TABLE_STATE, seconds * SECOND)
 
-        table(10, State.LEFT)
-        act = demonstration('chicken', State.RIGHT, State.LEFT, Manner.PLACE)
+        table(10, LEFT)
+        act = demonstration('chicken', RIGHT, LEFT, Manner.PLACE)
         act.header.stamp = time_msg(10 * SECOND)
         camera.send(act)
         assert replay.send(InputKind.DEMONSTRATION, 10 * SECOND).events == 2
-        table(11, State.RIGHT)
-        table(12, State.RIGHT)
+        table(11, RIGHT)
+        table(12, RIGHT)
         graph.until(lambda: len(decisions) == 2, 10, 'the decision to act')
         assert decisions[-1].kind == Kind.EXECUTE
         # No new table state for long by the wall clock, which must not matter.
@@ -75,7 +76,7 @@ def test_a_replayed_session_applies_recorded_inputs_and_moves_nothing(tmp_path: 
         assert not replay.send(
             InputKind.MOTION, 12 * SECOND, message='Done then.', **motion
         ).refused
-        table(14, State.LEFT)
+        table(14, LEFT)
         (outcome,) = graph.until(lambda: outcomes, 10, 'the outcome')
         assert (outcome.result, stamp_ns(outcome.header.stamp)) == (Result.REACHED, 14 * SECOND)
         assert arm.requests == []

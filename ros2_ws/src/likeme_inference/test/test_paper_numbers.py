@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_core.paper_world import WORLD
+from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, choose
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
@@ -17,10 +18,9 @@ from likeme_inference.tabletop.model_file import shipped
 ROOT = Path(__file__).parents[4]
 SHARED = Path(os.environ.get('LIKEME_SHARED', ROOT.parent / 'shared'))
 REFERENCE = SHARED / 'data' / 'robot_counts.csv'
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 CHANGES = [(L, R), (L, O), (R, L), (R, O)]
 MODEL = shipped()
-OBJECTS = MODEL.objects
 TABLE_1_MODES = (Mode.TRAJECTORY, Mode.GOAL_BASED, Mode.INTERACTIVE)
 
 TABLE_1 = {
@@ -46,7 +46,7 @@ def shipped_model(name: str) -> GoalModel:
 
 
 def choice(name: str, x_i: State, goal: State, manner: Manner, mode: Mode) -> Choice:
-    return choose(shipped_model(name), x_i, goal, Action.of(manner, goal), mode, 0.5)
+    return choose(shipped_model(name), x_i, goal, WORLD.action_of(manner, goal), mode, 0.5)
 
 
 def success(name: str, x_i: State, goal: State, manner: Manner, mode: Mode) -> float:
@@ -88,7 +88,8 @@ def test_map_actions(name: str) -> None:
     chosen = [choice(name, *change, Manner.PLACE, Mode.GOAL_BASED).action for change in CHANGES]
 
     assert (
-        tuple(Action(action).name for action in chosen if action is not None) == MAP_ACTIONS[name]
+        tuple(WORLD.action(action).name for action in chosen if action is not None)
+        == MAP_ACTIONS[name]
     )
 
 
@@ -119,4 +120,4 @@ def test_shipped_trials_are_the_authors() -> None:
         ]  # fmt: skip
 
     assert [row[:4] for row in shipped().rows] == expected
-    assert sum(model.trials for model in OBJECTS.values()) == 540
+    assert sum(model.trials for model in MODEL.objects.values()) == 540

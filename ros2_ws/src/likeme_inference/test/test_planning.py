@@ -12,7 +12,8 @@ from hypothesis.extra import numpy as hnp
 from random_models import counts
 from scipy import sparse
 
-from likeme_core.tabletop import Action, State
+from likeme_core.paper_world import LEFT, PLACE_RIGHT, RIGHT, WORLD
+from likeme_core.tabletop import State
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray, IntArray
 from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.model_file import shipped
@@ -81,7 +82,7 @@ def test_values_of_several_actions(budget: int, expected: float) -> None:
     """Means over 3 objects and 4 changes that were computed independently of this code."""
     changes = [(0, 1), (0, 2), (1, 0), (1, 2)]
     values = [
-        tabletop_plan(name, State(g), budget).value[budget, x]
+        tabletop_plan(name, WORLD.state(g), budget).value[budget, x]
         for name in shipped().objects
         for x, g in changes
     ]
@@ -91,16 +92,16 @@ def test_values_of_several_actions(budget: int, expected: float) -> None:
 
 def test_plans_for_all_objects_in_one_call() -> None:
     worlds = np.array([known.transition for known in shipped().objects.values()])
-    goal, budget = np.arange(3) == State.LEFT, 3
-    found = plan(worlds, goal, budget, TABLETOP.stuck, TABLETOP.aimed[State.LEFT])
-    reached = spread(worlds, found, State.RIGHT, budget)
+    goal, budget = np.arange(3) == LEFT, 3
+    found = plan(worlds, goal, budget, TABLETOP.stuck, TABLETOP.aimed[LEFT])
+    reached = spread(worlds, found, RIGHT, budget)
 
     assert found.quality.shape == (3, budget + 1, 3, 6)
     for o, name in enumerate(shipped().objects):
-        alone = tabletop_plan(name, State.LEFT, budget)
+        alone = tabletop_plan(name, LEFT, budget)
         for many, one in zip(found, alone, strict=True):
             assert many[o] == pytest.approx(one, rel=0, abs=1e-15)
-        expected = spread(worlds[o], alone, State.RIGHT, budget)
+        expected = spread(worlds[o], alone, RIGHT, budget)
         assert reached[o] == pytest.approx(expected, rel=0, abs=1e-15)
 
 
@@ -118,10 +119,10 @@ def test_plans_avoid_the_edge() -> None:
 
 def test_ties_go_to_the_aimed_action() -> None:
     p = maximum_likelihood(np.zeros((3, 6, 3)))
-    prefer = TABLETOP.aimed[State.RIGHT]
+    prefer = TABLETOP.aimed[RIGHT]
 
     assert plan(p, np.arange(3) == 1, 2).action[2, 0] == 0
-    assert plan(p, np.arange(3) == 1, 2, prefer=prefer).action[2, 0] == Action.PLACE_RIGHT
+    assert plan(p, np.arange(3) == 1, 2, prefer=prefer).action[2, 0] == PLACE_RIGHT
 
 
 def test_a_small_success_probability_is_preferred_to_none() -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from example_trials import trial
 
+from likeme_core.paper_world import WORLD
 from likeme_inference.experience.store import ExperienceStore
 
 HERE = Path(__file__).parent
@@ -26,9 +27,10 @@ import sys
 sys.path.insert(0, sys.argv[2])
 from example_trials import trial
 from likeme_inference.experience.database import StoreError
+from likeme_core.paper_world import WORLD
 from likeme_inference.experience.store import ExperienceStore
 try:
-    store = ExperienceStore(sys.argv[1])
+    store = ExperienceStore(sys.argv[1], WORLD)
     trials = store.trials()
     next(trials)
     print(sum(tally.trials for tally in store.tallies()), 1 + len(list(trials)))
@@ -53,7 +55,7 @@ def unprivileged(program: str, *arguments: str) -> str:
 def closed_store(folder: Path) -> Path:
     """A store of two trials with everything in its one file."""
     path = folder / 'experience.sqlite'
-    with closing(ExperienceStore(str(path))) as store:
+    with closing(ExperienceStore(str(path), WORLD)) as store:
         store.record([trial(0), trial(1)])
     return path
 
@@ -65,7 +67,7 @@ def open_store(folder: Path, copied: tuple[str, ...]) -> Path:
     path = closed_store(source)
     with closing(sqlite3.connect(path)) as other, other:
         other.execute('DELETE FROM likeme_trial WHERE repetition = 1')
-    with closing(ExperienceStore(str(path))) as store:
+    with closing(ExperienceStore(str(path), WORLD)) as store:
         store.record([trial(1)])
         for suffix in ('', *copied):
             shutil.copy(f'{path}{suffix}', folder / f'{path.name}{suffix}')

@@ -9,7 +9,8 @@ import pytest
 from session_values import ns, shown, table
 
 from likeme_core.outcomes import Actor, MotionOutcome
-from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_core.paper_world import PLACE_LEFT, PUSH_LEFT, WORLD
+from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import ImitationSettings, help_request
 from likeme_inference.tabletop.model_file import shipped
@@ -25,7 +26,7 @@ from likeme_inference.tabletop.values import (
     Result,
 )
 
-L, R, O = State  # noqa: E741
+L, R, O = WORLD.states  # noqa: E741
 DONE = MotionReport(MotionOutcome.COMPLETED, 'Pushed.', ns(20))
 
 
@@ -62,7 +63,7 @@ def test_demonstration_to_reached_goal() -> None:
     assert (at_goal.kind, at_goal.action, at_goal.id) == (Kind.AT_GOAL, None, 1)
     assert isinstance(put_back, Remark)
     assert isinstance(decision, Decision)
-    assert (decision.kind, decision.action, decision.id) == (Kind.EXECUTE, Action.PUSH_LEFT, 2)
+    assert (decision.kind, decision.action, decision.id) == (Kind.EXECUTE, PUSH_LEFT, 2)
     assert (decision.stamp, decision.demonstration, decision.x_i) == (ns(9), ns(3), R)
     assert decision.predicted_success == 0.9
     assert nothing is wait is too_early is rolling is None
@@ -130,8 +131,8 @@ def test_pear_right_to_left_is_asked_about_and_done_by_hand() -> None:
     old_view = here.look(table(15, pear=L))
     outcome = here.look(table(15.1, pear=L))
 
-    assert (decision.kind, decision.action) == (Kind.ASK_HUMAN, Action.PUSH_LEFT)
-    assert (request.id, request.action, request.predicted_success) == (2, Action.PUSH_LEFT, 0.4)
+    assert (decision.kind, decision.action) == (Kind.ASK_HUMAN, PUSH_LEFT)
+    assert (request.id, request.action, request.predicted_success) == (2, PUSH_LEFT, 0.4)
     assert '0.40' in request.question
     assert isinstance(helping, Remark)
     assert after_answer is old_view is None
@@ -171,7 +172,7 @@ def test_try_anyway_executes_and_may_miss() -> None:
 
     assert isinstance(outcome, Outcome)
     assert (outcome.result, outcome.actor, outcome.action) == (
-        Result.MISSED, Actor.ROBOT, Action.PUSH_LEFT,
+        Result.MISSED, Actor.ROBOT, PUSH_LEFT,
     )  # fmt: skip
     assert outcome.predicted_success == 0.4
 
@@ -183,7 +184,7 @@ def test_trajectory_copies_the_manner() -> None:
     decision = here.look(table(11))
 
     assert isinstance(decision, Decision)
-    assert (decision.kind, decision.action) == (Kind.EXECUTE, Action.PLACE_LEFT)
+    assert (decision.kind, decision.action) == (Kind.EXECUTE, PLACE_LEFT)
     assert decision.predicted_success == 0.5
 
 
@@ -273,7 +274,7 @@ def test_an_arm_that_did_not_move_failed(report: MotionReport) -> None:
     assert isinstance(outcome, Outcome)
     assert (outcome.result, outcome.motion) == (Result.ARM_FAILED, report.outcome)
     assert report.message in outcome.sentence
-    assert (outcome.stamp, outcome.x_f, outcome.action) == (ns(9), None, Action.PUSH_LEFT)
+    assert (outcome.stamp, outcome.x_f, outcome.action) == (ns(9), None, PUSH_LEFT)
 
 
 @pytest.mark.parametrize(

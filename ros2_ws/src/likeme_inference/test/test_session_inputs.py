@@ -8,7 +8,8 @@ import pytest
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.tabletop import Manner, State
+from likeme_core.paper_world import LEFT, RIGHT
+from likeme_core.tabletop import Manner
 from likeme_inference.session_inputs import (
     CameraSilence,
     InputKind,
@@ -29,13 +30,13 @@ HEARD = SimpleNamespace(
 
 def demonstration(name: str) -> Demonstration:
     return Demonstration(
-        10 * SECOND, 'camera', name, State.RIGHT, State.LEFT, Manner.PLACE, 8 * SECOND, 9 * SECOND
+        10 * SECOND, 'camera', name, RIGHT, LEFT, Manner.PLACE, 8 * SECOND, 9 * SECOND
     )
 
 
 def test_a_demonstration_leads_to_a_belief_and_to_a_look_at_the_newest_table() -> None:
     session = ImitationSession(shipped())
-    table = TableSnapshot(10 * SECOND, 'camera', True, {'chicken': State.LEFT})
+    table = TableSnapshot(10 * SECOND, 'camera', True, {'chicken': LEFT})
     assert apply_input(session, table) == []
     belief, decision = apply_input(session, demonstration('chicken'))
     assert isinstance(belief, GoalBelief)

@@ -1,11 +1,10 @@
-"""Catalogue of known objects: colour model and extents of each, read from and written as YAML."""
+"""Catalogue of known objects: colour model and extents of each, from a world file."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from importlib.resources import files
-from pathlib import Path
 from typing import Any
 
 import cv2
@@ -13,9 +12,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from likeme_core.world import World
 from likeme_perception.colour import ColourComponent, LogDensity, mixture_log_density, mixture_of
 from likeme_perception.top_view import Shape
-from likeme_perception.typed_values import number, read_text, require, triple, yaml_mapping
 
 
 @dataclass(frozen=True)
@@ -76,59 +75,42 @@ def catalogue_entry(
     )
 
 
-def load_catalogue(path: Path | None = None) -> Catalogue:
-    """Read a catalogue from YAML; None: the one shipped with the package."""
-    text = (
-        (files('likeme_perception') / 'data' / 'catalogue.yaml').read_text()
-        if path is None
-        else read_text(path)
+def world_catalogue(world: World) -> Catalogue:
+    """The objects of a world by what they look like."""
+    return Catalogue(
+        tuple(_object_from(entry.name, entry.looks) for entry in world.object_entries)
     )
-    entries = yaml_mapping(text, path).get('objects')
-    if not isinstance(entries, dict):
-        raise ValueError(
-            f'Expected "objects:" with a name for each in {path}, got {type(entries).__name__}.'
-        )
-    return Catalogue(tuple(_entry_from(str(name), value) for name, value in entries.items()))
 
 
-def _entry_from(name: str, value: Any) -> CatalogueObject:
-    sizes = ('length', 'width', 'height', 'area')
-    entry = require(name, {'colour', *sizes}, value)
-    for key in sizes:
-        if not 0 < number(f'{key} of {name}', entry[key]) < np.inf:
-            raise ValueError(f'Expected {key} of {name} above 0, got {entry[key]}.')
-    if not isinstance(entry['colour'], list) or not entry['colour']:
-        raise ValueError(f'Expected colour of {name} as a list, got {entry["colour"]!r:.40}.')
-    parts = tuple(_colour_from(f'colour of {name}', part) for part in entry['colour'])
-    return CatalogueObject(name, parts, *(float(entry[key]) for key in sizes))
+def _object_from(name: str, looks: Mapping[str, Any]) -> CatalogueObject:
+    sizes = (float(looks[key]) for key in ('length', 'width', 'height', 'area'))
+    colour = tuple(
+        ColourComponent(float(part['weight']), _triple(part['mean']), _triple(part['deviation']))
+        for part in looks['colour']
+    )
+    return CatalogueObject(name, colour, *sizes)
 
 
-def _colour_from(name: str, value: Any) -> ColourComponent:
-    part = require(name, {'weight', 'mean', 'deviation'}, value)
-    weight = number(f'weight in {name}', part['weight'])
-    if not 0 <= weight < np.inf:
-        raise ValueError(f'Expected weight in {name} of 0 or more, got {weight:g}.')
-    mean, deviation = (triple(f'{key} in {name}', part[key]) for key in ('mean', 'deviation'))
-    return ColourComponent(weight, mean, deviation)
+def _triple(values: Sequence[float]) -> tuple[float, float, float]:
+    first, second, third = values
+    return float(first), float(second), float(third)
 
 
-def catalogue_yaml(catalogue: Catalogue) -> str:
-    """The catalogue as YAML text, as load_catalogue reads it."""
-    objects = {
-        o.name: {
-            'colour': [
-                {
-                    'weight': round(p.weight, 3),
-                    'mean': list(p.mean),
-                    'deviation': list(p.deviation),
-                }
-                for p in o.colour
-            ],
-            'length': o.length,
-            'width': o.width,
-            'height': o.height,
-            'area': o.area,
-        }
-        for o in catalogue.objects
+def object_yaml(known: CatalogueObject) -> str:
+    """An object as an entry of a world file's `objects`."""
+    looks = {
+        'colour': [
+            {
+                'weight': round(p.weight, 3),
+                'mean': list(p.mean),
+                'deviation': list(p.deviation),
+            }
+            for p in known.colour
+        ],
+        'length': known.length,
+        'width': known.width,
+        'height': known.height,
+        'area': known.area,
     }
-    return yaml.safe_dump({'objects': objects}, sort_keys=False, default_flow_style=None)
+    entry = [{'name': known.name, 'looks': looks}]
+    return yaml.safe_dump(entry, sort_keys=False, default_flow_style=None)

@@ -10,8 +10,10 @@ from typing import Any, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from likeme_core.geometry import Rectangle
+from likeme_core.world import World, load_world
 from likeme_perception.typed_values import (
     flag,
     number,
@@ -31,24 +33,17 @@ SIDES = ('near', 'far', 'left', 'right')
 class PerceptionConfig:
     """Parameters of one set-up; m and s, in the reference frame (z = 0: table top)."""
 
+    # Regions, manners and objects; None: on the table or not is all that is told.
+    world: World | None = None
     reference_frame: str = 'base_link'
     # Pose of the camera's optical frame in the reference frame; None: estimated from the table
     # plane (origin where the optical axis meets the table, x towards the top of the image).
-    camera_position: tuple[float, float, float] | None = (0.05, 0.38, 0.90)
+    camera_position: tuple[float, float, float] | None = None
     # x, y, z, w; turns the optical frame (z forward, x right, y down) into the reference frame.
-    camera_quaternion: tuple[float, float, float, float] = (
-        -0.651821,
-        0.707065,
-        -0.274097,
-        0.007670,
-    )
-    # The table top, and the part of it that is LEFT or RIGHT. None: estimated from the depth, and
-    # the whole table.
-    table: Rectangle | None = Rectangle(0.22, 0.66, -0.38, 0.38)
-    work_area: Rectangle | None = Rectangle(0.27, 0.61, -0.33, 0.33)
-    # LEFT is y > blue_line_y.
-    blue_line_y: float = 0.0
-    # An object whose centroid is this far below the table top is OFFTABLE.
+    camera_quaternion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
+    # The table top; None: estimated from the depth.
+    table: Rectangle | None = None
+    # An object whose centroid is this far below the table top is elsewhere.
     fallen_depth: float = 0.03
     # Sides of the table, as seen by the robot, over which a person's hand and its own arm enter.
     human_sides: tuple[str, ...] = ('far',)
@@ -73,7 +68,7 @@ class PerceptionConfig:
     min_identity: float = 0.3
     # Standard deviation of the centroid of a fully visible object.
     centroid_sigma: float = 0.003
-    # An object is at rest if it stays within rest_radius for settle_time, and OFFTABLE if it is
+    # An object is at rest if it stays within rest_radius for settle_time, and elsewhere if it is
     # not seen for absence_time.
     rest_radius: float = 0.008
     settle_time: float = 0.4
@@ -115,6 +110,24 @@ class PerceptionConfig:
         return pose_matrix(self.camera_position, self.camera_quaternion)
 
 
+def world_config(world: World) -> PerceptionConfig:
+    """The parameters of a world: its geometry, and the default thresholds.
+
+    The quaternion has 6 decimals, as it is given in node parameters.
+    """
+    quaternion = Rotation.from_matrix(world.camera.pose()[:3, :3]).as_quat()
+    x, y, z, w = (round(float(q), 6) for q in quaternion)
+    return PerceptionConfig(
+        world=world,
+        camera_position=world.camera.position,
+        camera_quaternion=(x, y, z, w),
+        table=world.table.top,
+        fallen_depth=world.table.thickness,
+        human_sides=world.person_sides,
+        robot_sides=world.robot_sides,
+    )
+
+
 def pose_matrix(
     position: tuple[float, float, float], quaternion: tuple[float, float, float, float]
 ) -> NDArray[np.float64]:
@@ -141,18 +154,22 @@ def pose_matrix(
 def config_from(
     values: Mapping[str, Any], base: PerceptionConfig | None = None
 ) -> PerceptionConfig:
-    """A configuration with some values changed; rectangles as [x_min, x_max, y_min, y_max]."""
+    """A configuration with some values changed; rectangles as [x_min, x_max, y_min, y_max].
+
+    base: what is not given; None: the default world's.
+    """
     types = get_type_hints(PerceptionConfig)
+    del types['world']
     unknown = sorted(set(values) - set(types))
     if unknown:
         raise ValueError(f'Expected settings among {sorted(types)}, got {unknown[0]!r}.')
     changes = {name: _READERS[types[name]](name, value) for name, value in values.items()}
-    return replace(base or PerceptionConfig(), **changes)
+    return replace(base or world_config(load_world()), **changes)
 
 
-def load_config(path: Path) -> PerceptionConfig:
-    """Read a configuration from a YAML file with the values that differ from the defaults."""
-    config = config_from(yaml_mapping(read_text(path), path))
+def load_config(path: Path, base: PerceptionConfig | None = None) -> PerceptionConfig:
+    """Read a configuration from a YAML file with the values that differ from `base`."""
+    config = config_from(yaml_mapping(read_text(path), path), base)
     # Raises for an invalid pose.
     config.camera_pose()
     return config

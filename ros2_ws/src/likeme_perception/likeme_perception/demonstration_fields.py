@@ -8,7 +8,7 @@ from likeme_core.observations import Demonstration
 
 
 def demonstration_fields(act: Demonstration) -> dict[str, Any]:
-    """All fields but the header, in the message's order; times in ns."""
+    """All fields but header and world, in the message's order; times in ns."""
     return {
         'object': act.object,
         'x_i': int(act.x_i),

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from math import exp
 from typing import NamedTuple
 
 from likeme_core.observations import Demonstration
 from likeme_core.stamps import seconds
-from likeme_core.tabletop import Manner
 from likeme_perception.config import PerceptionConfig
+from likeme_perception.manner_recognition import manner_probability
 from likeme_perception.observation import (
     ObjectObservation,
     TableObservation,
@@ -152,19 +151,22 @@ class DemonstrationTracker:
         assert after.state is not None, 'Only settled objects are compared.'
         rise = estimate_rise(episode.samples.get(before.name, []), before, after)
         c = self._config
-        place = 1 / (1 + exp(min(50.0, -(rise - c.place_rise) / c.place_rise_scale)))
+        manners = () if c.world is None else c.world.manners
+        p_manner = manner_probability(rise, c.place_rise, c.place_rise_scale, manners)
+        # Of two that are equally likely, the one with the lower number.
+        manner = min(p_manner, key=lambda m: (-p_manner[m], m))
         return Demonstration(
             stamp=now.stamp,
             frame=now.frame_id,
             object=before.name,
             x_i=before.state,
             x_f=after.state,
-            manner=Manner.PLACE if place >= 0.5 else Manner.PUSH,
+            manner=manner,
             start=episode.start,
             end=episode.left or episode.start,
             x_i_probability=before.state_probability,
             x_f_probability=after.state_probability,
-            manner_probability=max(place, 1 - place),
+            manner_probability=p_manner[manner],
             rise=rise,
         )
 

@@ -12,8 +12,9 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
-from likeme_perception.catalogue import Catalogue, catalogue_entry, catalogue_yaml, load_catalogue
-from likeme_perception.config import SIDES, PerceptionConfig, load_config
+from likeme_core.world import World, load_world
+from likeme_perception.catalogue import Catalogue, catalogue_entry, object_yaml, world_catalogue
+from likeme_perception.config import SIDES, PerceptionConfig, load_config, world_config
 from likeme_perception.observation import TableObservation
 from likeme_perception.observation_report import json_report, text_report
 from likeme_perception.overlay import draw
@@ -94,9 +95,6 @@ def any_table(hands: bool) -> PerceptionConfig:
     """
     return PerceptionConfig(
         reference_frame='table',
-        camera_position=None,
-        table=None,
-        work_area=None,
         human_sides=SIDES if hands else (),
         robot_sides=(),
         background_frames=1,
@@ -156,13 +154,20 @@ def look_at(
 def _learned_entry(
     name: str, frame: RgbdFrame, table: TableObservation, p: TabletopPerception
 ) -> str:
-    """A catalogue entry, as YAML, of the largest unknown object in view."""
+    """An entry for a world file, as YAML, of the largest unknown object in view."""
     if not table.unknown_objects or p.background is None:
         raise ValueError('Expected one object on the table to learn, got 0.')
     pixels, shape = max(table.unknown_objects, key=lambda each: len(each[0]))
     colours: NDArray[np.uint8] = frame.rgb.reshape(-1, 3)[pixels]
     area = float(p.background.view.pixel_area(frame.depth.ravel()[pixels]).sum())
-    return catalogue_yaml(Catalogue((catalogue_entry(name, [colours], [shape], [area]),)))
+    return object_yaml(catalogue_entry(name, [colours], [shape], [area]))
+
+
+def _settings(config: Path | None, world: World | None) -> PerceptionConfig | None:
+    """Settings from a file, in the geometry of the world; None: found in the image."""
+    if config is None:
+        return None
+    return load_config(config, None if world is None else world_config(world))
 
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None)
@@ -185,13 +190,15 @@ def look(
         Path | None,
         typer.Option(help='YAML of settings; default: the table is found in the image.'),
     ] = None,
-    catalogue: Annotated[
-        Path | None, typer.Option(help='YAML of known objects; default: none are known.')
+    world: Annotated[
+        str | None,
+        typer.Option(help='World whose objects are known: a name or a file; default: none are.'),
     ] = None,
     out: Annotated[Path | None, typer.Option(help='File to write the annotated image to.')] = None,
     as_json: Annotated[bool, typer.Option('--json', help='Print JSON instead of text.')] = False,
     learn: Annotated[
-        str, typer.Option(help='Print a catalogue entry of this name for the largest object.')
+        str,
+        typer.Option(help='Print an entry of this name for a world file, of the largest object.'),
     ] = '',
 ) -> None:
     """Detect the objects on a table in a colour and a depth image."""
@@ -205,12 +212,13 @@ def look(
         if background_color and background_depth:
             empty = read_frame(background_color, background_depth)
         camera = read_intrinsics(intrinsics, frame.depth.shape)
-        known = load_catalogue(catalogue) if catalogue else None
-        settings = load_config(config) if config else None
-        table, perception = look_at(frame, camera, empty, settings, known)
+        known = load_world(world) if world is not None else None
+        settings = _settings(config, known)
+        catalogue = None if known is None else world_catalogue(known)
+        table, perception = look_at(frame, camera, empty, settings, catalogue)
         if out is not None and perception.background is not None:
-            regions = perception.regions if settings is not None else None
-            write_image(out, draw(frame.rgb, table, perception.background.view, regions))
+            shown = known if settings is not None else None
+            write_image(out, draw(frame.rgb, table, perception.background.view, shown))
         if learn:
             typer.echo(_learned_entry(learn, frame, table, perception), nl=False)
             return

@@ -14,21 +14,24 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from likeme_core.observations import Demonstration
-from likeme_core.regions import Regions
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import time_msg
+from likeme_core.world import World
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import FrameDone, ObjectState, TableState
 from likeme_perception.demonstration_fields import demonstration_fields
 from likeme_perception.frame_counts import FrameRate
 from likeme_perception.observation import ObjectObservation, TableObservation
-from likeme_perception.overlay import STATE_COLOURS
+from likeme_perception.overlay import state_colour
 
 
-def table_state(table: TableObservation, header: Header, reference_frame: str) -> TableState:
+def table_state(
+    table: TableObservation, header: Header, reference_frame: str, world: World
+) -> TableState:
     """TableState with the header of the depth image."""
     return TableState(
         header=header,
+        world=world.label,
         reference_frame=reference_frame,
         hand_in_view=table.hand_in_view,
         arm_in_view=table.arm_in_view,
@@ -58,10 +61,11 @@ def object_state(seen: ObjectObservation) -> ObjectState:
     return message
 
 
-def demonstration(act: Demonstration, header: Header) -> DemonstrationMsg:
+def demonstration(act: Demonstration, header: Header, world: World) -> DemonstrationMsg:
     """Demonstration with the header of the depth image that completed it."""
     times = {'start': time_msg(act.start), 'end': time_msg(act.end)}
-    return DemonstrationMsg(header=header, **(demonstration_fields(act) | times))
+    fields = demonstration_fields(act) | times
+    return DemonstrationMsg(header=header, world=world.label, **fields)
 
 
 def frame_read(table: TableObservation, header: Header) -> FrameDone:
@@ -108,22 +112,22 @@ def _status(rate: FrameRate, learned: bool) -> tuple[bytes, str]:
 
 
 def table_markers(
-    table: TableObservation, reference_frame: str, regions: Regions, stamp: Time
+    table: TableObservation, reference_frame: str, world: World, stamp: Time
 ) -> MarkerArray:
-    """Markers of work area and blue line, and a sphere and a label per visible object."""
+    """Markers of the regions' areas, and a sphere and a label per visible object."""
     header = Header(frame_id=reference_frame, stamp=stamp)
-    area, line = regions.work_area, regions.blue_line_y
-    corners = [(float(x), float(y)) for x, y in area.corners()]
-    markers = [
-        _line(header, 0, [*corners, corners[0]], (255, 255, 255), 0.004),
-        _line(header, 1, [(area.x_min, line), (area.x_max, line)], (40, 110, 255), 0.008),
-    ]
+    markers = []
+    for entry in world.region_entries:
+        if entry.area is not None:
+            corners = [(float(x), float(y)) for x, y in entry.area.corners()]
+            outline = [*corners, corners[0]]
+            markers.append(_line(header, int(entry.state), outline, entry.colour, 0.004))
     for k, seen in enumerate(table.objects):
-        markers += _object_markers(header, k, seen)
+        markers += _object_markers(header, k, seen, world)
     return MarkerArray(markers=markers)
 
 
-def _object_markers(header: Header, k: int, seen: ObjectObservation) -> list[Marker]:
+def _object_markers(header: Header, k: int, seen: ObjectObservation, world: World) -> list[Marker]:
     sphere = Marker(header=header, ns='objects', id=k, type=Marker.SPHERE)
     label = Marker(header=header, ns='labels', id=k, type=Marker.TEXT_VIEW_FACING)
     if not seen.visible or seen.shape is None:
@@ -132,7 +136,7 @@ def _object_markers(header: Header, k: int, seen: ObjectObservation) -> list[Mar
     x, y, z = seen.shape.centroid
     yaw = seen.shape.yaw
     for marker in (sphere, label):
-        marker.color = _colour(STATE_COLOURS[seen.state])
+        marker.color = _colour(state_colour(seen.state, world))
         marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, z
     sphere.pose.orientation.z, sphere.pose.orientation.w = (
         float(np.sin(yaw / 2)),

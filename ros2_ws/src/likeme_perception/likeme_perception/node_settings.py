@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
+from functools import cache
 from typing import Any, NamedTuple
 
 from likeme_core.geometry import Rectangle
 from likeme_core.settings import Setting
-from likeme_perception.catalogue import Catalogue, load_catalogue
-from likeme_perception.config import PerceptionConfig, config_from
+from likeme_core.world import World
+from likeme_perception.catalogue import Catalogue, world_catalogue
+from likeme_perception.config import PerceptionConfig, config_from, world_config
 
 #: Description and limits of the fields of PerceptionConfig, in the order of their declaration.
 _CONFIG: dict[str, tuple[str, tuple[float, float] | None]] = {
-    'blue_line_y': ('LEFT is y greater than this, m', (-10.0, 10.0)),
-    'fallen_depth': ('a centroid this far below the table top is OFFTABLE, m', (0.005, 1.0)),
+    'fallen_depth': ('a centroid this far below the table top is elsewhere, m', (0.005, 1.0)),
     'min_height': ('least height of an object above the table, m', (0.002, 0.1)),
     'height_sigmas': ('least height in standard deviations of the depth noise', (0.0, 20.0)),
     'cell_size': ('cell of the top-view grid, m', (0.001, 0.05)),
@@ -38,7 +38,7 @@ _CONFIG: dict[str, tuple[str, tuple[float, float] | None]] = {
     ),
     'rest_radius': ('an object is at rest if it stays within this radius, m', (1e-3, 0.1)),
     'settle_time': ('time within rest_radius after which an object is at rest, s', (0.0, 10.0)),
-    'absence_time': ('time after which an object that is not seen is OFFTABLE, s', (0.0, 10.0)),
+    'absence_time': ('time after which an object that is not seen is elsewhere, s', (0.0, 10.0)),
     'intruder_min_area': ('least area of a hand or an arm in view, m^2', (1e-5, 0.1)),
     'hand_gone_time': ('time out of view after which a hand has left, s', (0.0, 10.0)),
     'still_time': (
@@ -54,7 +54,6 @@ _CONFIG: dict[str, tuple[str, tuple[float, float] | None]] = {
     'camera_position': ("position of the camera's optical frame, m; empty: estimated", None),
     'camera_quaternion': ('orientation of that frame, x y z w', None),
     'table': ('table top: x_min x_max y_min y_max, m; empty: estimated', None),
-    'work_area': ('area of LEFT and RIGHT: x_min x_max y_min y_max, m; empty: the table', None),
     'human_sides': ("sides over which a person's hand enters: near far left right", None),
     'robot_sides': ("sides over which the robot's arm enters", None),
     'background_frames': ('number of frames to learn the background from', (1, 1000)),
@@ -62,7 +61,7 @@ _CONFIG: dict[str, tuple[str, tuple[float, float] | None]] = {
     'reference_frame': ('frame of all positions: x forward, y left, z up', None),
 }
 # Parameters whose empty list stands for None.
-_OPTIONAL = ('camera_position', 'table', 'work_area')
+_OPTIONAL = ('camera_position', 'table')
 
 
 class NodeSettings(NamedTuple):
@@ -73,9 +72,9 @@ class NodeSettings(NamedTuple):
     pairing_tolerance: float
 
 
-def _default(name: str) -> Any:
+def _default(name: str, config: PerceptionConfig) -> Any:
     """A parameter's default; rectangles as 4 numbers, None as an empty list."""
-    value = getattr(PerceptionConfig(), name)
+    value = getattr(config, name)
     if isinstance(value, Rectangle):
         return [value.x_min, value.x_max, value.y_min, value.y_max]
     if value is None:
@@ -83,30 +82,38 @@ def _default(name: str) -> Any:
     return list(value) if isinstance(value, tuple) else value
 
 
-SETTINGS: dict[str, Setting] = {
-    name: Setting(_default(name), description, limits)
-    for name, (description, limits) in _CONFIG.items()
-} | {
-    'catalogue_file': Setting('', 'YAML file of known objects; empty: the toys of the cell'),
-    'pairing_tolerance': Setting(
-        0.016, 'greatest difference of the stamps of a colour and a depth image, s', (0.0, 1.0)
-    ),
-}
+#: Parameters that describe the cell: their defaults are those of the world.
+GEOMETRY = (
+    'fallen_depth', 'camera_position', 'camera_quaternion', 'table', 'human_sides', 'robot_sides',
+)  # fmt: skip
 
 
-def read_settings(values: Mapping[str, Any]) -> NodeSettings:
+@cache
+def settings_of(world: World) -> dict[str, Setting]:
+    """The parameters of the node, with defaults for a world."""
+    config = world_config(world)
+    return {
+        name: Setting(_default(name, config), description, limits)
+        for name, (description, limits) in _CONFIG.items()
+    } | {
+        'pairing_tolerance': Setting(
+            0.016, 'greatest difference of the stamps of a colour and a depth image, s', (0.0, 1.0)
+        ),
+    }
+
+
+def read_settings(values: Mapping[str, Any], world: World) -> NodeSettings:
     """Settings from the values of all parameters.
 
     Raises:
-        ValueError, OSError: a value is not valid, or the catalogue cannot be read.
+        ValueError: a value is not valid.
     """
-    given = {name: values[name] for name in SETTINGS}
-    catalogue_file, tolerance = given.pop('catalogue_file'), given.pop('pairing_tolerance')
+    given = {name: values[name] for name in settings_of(world)}
+    tolerance = given.pop('pairing_tolerance')
     for name, value in given.items():
         if not isinstance(value, str | int | float):
             given[name] = tuple(value) or (None if name in _OPTIONAL else ())
-    config = config_from(given)
+    config = config_from(given, world_config(world))
     # Raises ValueError if the pose is not valid.
     config.camera_pose()
-    path = Path(catalogue_file).expanduser() if catalogue_file else None
-    return NodeSettings(config, load_catalogue(path), tolerance)
+    return NodeSettings(config, world_catalogue(world), tolerance)

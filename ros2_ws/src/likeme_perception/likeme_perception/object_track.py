@@ -161,8 +161,8 @@ class ObjectTrack:
     def _unseen(self, stamp: int, context: FrameContext) -> ObjectObservation:
         """The object while it is not detected.
 
-        If it was OFFTABLE, it still is. Otherwise, if a hand or an arm is in view or an absorbed
-        one covers its place, it may be hidden or held: unknown. Otherwise it is OFFTABLE after
+        If it was elsewhere, it still is. Otherwise, if a hand or an arm is in view or an absorbed
+        one covers its place, it may be hidden or held: unknown. Otherwise it is elsewhere after
         absence_time.
         """
         last = self._last
@@ -170,21 +170,26 @@ class ObjectTrack:
         if self._unseen_since is None:
             self._unseen_since = stamp
         hidden = context.limb_in_view or context.hidden_by_absorbed(last.centroid)
-        if hidden and last.state is not State.OFFTABLE:
+        elsewhere = context.regions.elsewhere
+        if hidden and last.state != elsewhere:
             self._unseen_since = stamp
-            return _not_visible(last, None, False)
+            return _not_visible(last, None, False, context.regions)
         gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
-        if last.state is State.OFFTABLE or gone:
+        if last.state == elsewhere or gone:
             self._template = None if gone else self._template
-            return _not_visible(last, State.OFFTABLE, gone and not context.limb_in_view)
-        return _not_visible(last, last.state, False)
+            return _not_visible(
+                last, elsewhere, gone and not context.limb_in_view, context.regions
+            )
+        return _not_visible(last, last.state, False, context.regions)
 
 
-def _not_visible(last: ObjectObservation, state: State | None, settled: bool) -> ObjectObservation:
+def _not_visible(
+    last: ObjectObservation, state: State | None, settled: bool, regions: Regions
+) -> ObjectObservation:
     return ObjectObservation(
         last.name,
         state,
-        certain(state),
+        certain(state, regions),
         visible=False,
         settled=settled,
         shape=last.shape,

@@ -11,9 +11,10 @@ import numpy as np
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import State
+from likeme_core.world.values import UNKNOWN
 from likeme_perception.blobs import Index
 from likeme_perception.hand_tip import HandTip
-from likeme_perception.state_probability import UNIFORM, Probability
+from likeme_perception.state_probability import Probability
 from likeme_perception.top_view import Shape
 
 
@@ -21,13 +22,14 @@ from likeme_perception.top_view import Shape
 class ObjectObservation:
     """One catalogue object in one frame: the fields of likeme_msgs/ObjectState.
 
-    state: None while the object may be hidden and before it was seen. shape: as last seen, None if
+    state: None while the object may be hidden and before it was seen. state_probability: by the
+    states' numbers; empty before the first frame. shape: as last seen, None if
     never seen. pixels: flat indices in this frame's image.
     """
 
     name: str
     state: State | None = None
-    state_probability: Probability = UNIFORM
+    state_probability: Probability = ()
     visible: bool = False
     settled: bool = False
     shape: Shape | None = None
@@ -37,8 +39,8 @@ class ObjectObservation:
 
     @property
     def state_name(self) -> str:
-        """Name of the state's constant in likeme_msgs/ObjectState."""
-        return 'UNKNOWN' if self.state is None else self.state.name
+        """Name of the state in its world, or UNKNOWN."""
+        return UNKNOWN if self.state is None else self.state.name
 
     @property
     def centroid(self) -> tuple[float, float, float]:

@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from likeme_core.regions import Regions
 from likeme_core.tabletop import State
+from likeme_core.world import World
+from likeme_core.world.build import PALETTE
 from likeme_perception.blobs import Index, mask_of
 from likeme_perception.camera_view import CameraView
 from likeme_perception.observation import ObjectObservation, TableObservation
@@ -21,12 +22,7 @@ Pixels = NDArray[np.float64]
 
 # Drawn at twice the camera's size, so that thin lines and small letters are legible.
 SCALE = 2
-STATE_COLOURS: dict[State | None, Colour] = {
-    State.LEFT: (64, 196, 255),
-    State.RIGHT: (255, 176, 59),
-    State.OFFTABLE: (255, 105, 135),
-    None: (205, 205, 205),
-}
+_UNKNOWN: Colour = (205, 205, 205)
 _HAND: Colour = (255, 221, 87)
 _ARM: Colour = (186, 148, 255)
 _WHITE: Colour = (255, 255, 255)
@@ -36,11 +32,18 @@ _FONT = cv2.FONT_HERSHEY_DUPLEX
 _SHIFT = 4
 
 
+def state_colour(state: State | None, world: World | None) -> Colour:
+    """The colour in which a state is drawn: that of the world file; grey if it is not known."""
+    if state is None:
+        return _UNKNOWN
+    return PALETTE[state % len(PALETTE)] if world is None else world.region(state).colour
+
+
 def draw(
     rgb: ImageB,
     table: TableObservation,
     view: CameraView,
-    regions: Regions | None = None,
+    world: World | None = None,
     title: str = '',
 ) -> ImageB:
     """The RGB image at twice its size, with regions, hand, arm, objects and their states."""
@@ -49,14 +52,14 @@ def draw(
     canvas = np.asarray(large, np.uint8)
     for pixels, colour in ((table.hand, _HAND), (table.arm, _ARM)):
         _tint(canvas, pixels, rgb.shape[:2], colour)
-    if regions is not None:
-        _draw_regions(canvas, view, regions)
+    if world is not None:
+        _draw_regions(canvas, view, world)
     for pixels, shape in table.unknown_objects:
         _draw_unknown_object(canvas, view, pixels, shape, rgb.shape[:2])
     for seen in table.objects:
         if seen.visible and seen.shape is not None:
-            _draw_object(canvas, view, seen, seen.shape, rgb.shape[:2])
-    _draw_unseen(canvas, table)
+            _draw_object(canvas, view, seen, seen.shape, rgb.shape[:2], world)
+    _draw_unseen(canvas, table, world)
     _draw_title(canvas, table, title)
     return canvas
 
@@ -94,29 +97,23 @@ def _pixels_of(view: CameraView, points: NDArray[np.float64]) -> NDArray[np.int3
     return cast(NDArray[np.int32], np.rint(np.clip(pixel, -4e3, 4e3) * 2**_SHIFT).astype(np.int32))
 
 
-def _draw_regions(canvas: ImageB, view: CameraView, regions: Regions) -> None:
-    """Draw the edge of the work area, the blue line and the names of both halves."""
-    area = regions.work_area
-    corners = _pixels_of(view, area.corners())
-    _polyline(canvas, corners, _WHITE, 2, closed=True)
-    if not area.y_min < regions.blue_line_y < area.y_max:
-        return
-    line = np.array([[area.x_min, regions.blue_line_y], [area.x_max, regions.blue_line_y]])
-    _polyline(canvas, _pixels_of(view, line), (40, 110, 255), 3)
-    top = area.x_max - 0.02
-    for state, y in (
-        (State.LEFT, (regions.blue_line_y + area.y_max) / 2),
-        (State.RIGHT, (regions.blue_line_y + area.y_min) / 2),
-    ):
-        spot = _pixels_of(view, np.array([[top, y]]))[0] >> _SHIFT
-        _text(
-            canvas,
-            state.name,
-            (int(spot[0]), int(spot[1])),
-            0.75,
-            STATE_COLOURS[state],
-            centred=True,
+def _draw_regions(canvas: ImageB, view: CameraView, world: World) -> None:
+    """Draw the edges of the areas, the painted lines of the table, and the regions' names."""
+    areas = [(entry, entry.area) for entry in world.region_entries if entry.area is not None]
+    for _, area in areas:
+        _polyline(canvas, _pixels_of(view, area.corners()), _WHITE, 2, closed=True)
+    inside = world.regions.work_area
+    for line in world.table.lines:
+        ends = np.clip(
+            [line.start, line.end], (inside.x_min, inside.y_min), (inside.x_max, inside.y_max)
         )
+        _polyline(canvas, _pixels_of(view, ends), line.colour, 3)
+    for entry, area in areas:
+        # At the far end, where objects seldom are, in the middle of what the area has there.
+        top = area.bounds.x_max - 0.02
+        spot = _pixels_of(view, np.array([[top, area.centre[1]]]))[0] >> _SHIFT
+        at = int(spot[0]), int(spot[1])
+        _text(canvas, entry.state.name, at, 0.75, entry.colour, centred=True)
 
 
 def _polyline(
@@ -127,10 +124,15 @@ def _polyline(
 
 
 def _draw_object(
-    canvas: ImageB, view: CameraView, seen: ObjectObservation, shape: Shape, size: tuple[int, ...]
+    canvas: ImageB,
+    view: CameraView,
+    seen: ObjectObservation,
+    shape: Shape,
+    size: tuple[int, ...],
+    world: World | None,
 ) -> None:
     """Draw outline, major axis, centroid, and a label with name, state and probability."""
-    colour = STATE_COLOURS[seen.state]
+    colour = state_colour(seen.state, world)
     mask = _large_mask(seen.pixels, size)
     contours = _contours(mask)
     cv2.drawContours(canvas, contours, -1, _DARK, 5, cv2.LINE_AA)
@@ -170,15 +172,14 @@ def _draw_unknown_object(
     )
 
 
-def _draw_unseen(canvas: ImageB, table: TableObservation) -> None:
+def _draw_unseen(canvas: ImageB, table: TableObservation, world: World | None) -> None:
     """List the objects that are not visible in the lower left corner."""
     unseen = [o for o in table.objects if not o.visible]
     for k, o in enumerate(reversed(unseen)):
         label = f'{o.name}  {"covered" if o.state is None else o.state.name}, not in view'
         width = cv2.getTextSize(label, _FONT, 0.6, 1)[0][0]
-        _label(
-            canvas, label, (width // 2 + 26, canvas.shape[0] - 32 - 40 * k), STATE_COLOURS[o.state]
-        )
+        at = width // 2 + 26, canvas.shape[0] - 32 - 40 * k
+        _label(canvas, label, at, state_colour(o.state, world))
 
 
 def _draw_title(canvas: ImageB, table: TableObservation, title: str) -> None:

@@ -18,12 +18,13 @@ from likeme_core.ros import parameters
 from likeme_core.ros.qos import CAMERA
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
+from likeme_core.ros.world import WorldPublisher, declare_world
 from likeme_core.stamps import stamp_ns
 from likeme_msgs.msg import Demonstration, FrameDone, TableState
 from likeme_perception import messages
 from likeme_perception.frame_counts import FrameCounts, Throttle
 from likeme_perception.frame_reader import FrameReader
-from likeme_perception.node_settings import SETTINGS, read_settings
+from likeme_perception.node_settings import read_settings, settings_of
 from likeme_perception.observation import TableObservation
 from likeme_perception.overlay import draw
 from likeme_perception.pairing import StampPairing
@@ -38,6 +39,7 @@ class PerceptionNode(Node):
 
     | publishes | type | |
     | --- | --- | --- |
+    | world | likeme_msgs/World | latched: what the numbers in messages mean |
     | table_state | likeme_msgs/TableState | per frame, once the background is known |
     | demonstration | likeme_msgs/Demonstration | a human act, when it is complete |
     | frame_done | likeme_msgs/FrameDone | each frame and camera_info, when processed |
@@ -55,14 +57,17 @@ class PerceptionNode(Node):
     | --- | --- | --- |
     | perception/reset | std_srvs/Trigger | forget camera, background and objects |
 
-    Parameters: node_settings.SETTINGS, every number of PerceptionConfig by its name (rectangles as
-    x_min, x_max, y_min, y_max), catalogue_file and pairing_tolerance. A change restarts perception
+    Parameters: world, and node_settings.settings_of(world): every number of PerceptionConfig by
+    its name (rectangles as x_min, x_max, y_min, y_max) and pairing_tolerance. A change restarts
+    perception
     with the new values; invalid values are refused.
     """
 
     def __init__(self, parameter_overrides: list[Parameter] | None = None) -> None:
         super().__init__('perception_node', parameter_overrides=parameter_overrides)
-        parameters.declare(self, SETTINGS)
+        self._world = declare_world(self)
+        self._declared = settings_of(self._world)
+        parameters.declare(self, self._declared)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
@@ -70,6 +75,7 @@ class PerceptionNode(Node):
         self._marker_times, self._overlay_times = Throttle(0.2), Throttle(0.5)
         self._restart(None)
 
+        self._world_pub = WorldPublisher(self, self._world)
         self._table_pub = self.create_publisher(TableState, 'table_state', 1)
         self._demonstration_pub = self.create_publisher(Demonstration, 'demonstration', 10)
         self._done_pub = self.create_publisher(FrameDone, 'frame_done', 100)
@@ -86,7 +92,7 @@ class PerceptionNode(Node):
 
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         try:
-            read_settings(parameters.values(self, SETTINGS, changes))
+            read_settings(parameters.values(self, self._declared, changes), self._world)
         except (ValueError, TypeError, OSError) as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -96,7 +102,7 @@ class PerceptionNode(Node):
 
     def _restart(self, intrinsics: Intrinsics | None) -> None:
         """Forget frames, background and objects."""
-        settings = read_settings(parameters.values(self, SETTINGS))
+        settings = read_settings(parameters.values(self, self._declared), self._world)
         self._pairing: StampPairing[Image] = StampPairing(
             settings.pairing_tolerance, lambda image: stamp_ns(image.header.stamp)
         )
@@ -151,9 +157,9 @@ class PerceptionNode(Node):
 
     def _publish(self, table: TableObservation, frame: RgbdFrame, depth: Image) -> None:
         reference = self._reader.settings.config.reference_frame
-        self._table_pub.publish(messages.table_state(table, depth.header, reference))
+        self._table_pub.publish(messages.table_state(table, depth.header, reference, self._world))
         for act in table.demonstrations:
-            self._demonstration_pub.publish(messages.demonstration(act, depth.header))
+            self._demonstration_pub.publish(messages.demonstration(act, depth.header, self._world))
             self.get_logger().info(
                 f'Seen: {act.object} from {act.x_i.name} to {act.x_f.name} by '
                 f'{act.manner.name.lower()} ({act.manner_probability:.2f}).'
@@ -166,14 +172,14 @@ class PerceptionNode(Node):
     def _publish_pictures(self, table: TableObservation, frame: RgbdFrame, depth: Image) -> None:
         """Publish markers and overlay while subscribed, less often than frames come."""
         perception, header = self._reader.perception, depth.header
-        if perception is None or perception.background is None or perception.regions is None:
+        if perception is None or perception.background is None:
             return
-        regions, reference = perception.regions, self._reader.settings.config.reference_frame
+        reference = self._reader.settings.config.reference_frame
         if self._marker_pub.get_subscription_count() and self._marker_times.due(frame.stamp):
-            markers = messages.table_markers(table, reference, regions, header.stamp)
+            markers = messages.table_markers(table, reference, self._world, header.stamp)
             self._marker_pub.publish(markers)
         if self._overlay_pub.get_subscription_count() and self._overlay_times.due(frame.stamp):
-            image = draw(frame.rgb, table, perception.background.view, regions)
+            image = draw(frame.rgb, table, perception.background.view, self._world)
             self._overlay_pub.publish(messages.image_message(image, header))
 
     def _count_drop(self, reason: str, sentence: str) -> None:

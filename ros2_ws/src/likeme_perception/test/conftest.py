@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from likeme_core.paper_world import WORLD
 from likeme_perception.camera_view import CameraView
 from likeme_perception.catalogue import Catalogue, CatalogueObject
 from likeme_perception.colour import ColourComponent
-from likeme_perception.config import PerceptionConfig
+from likeme_perception.config import PerceptionConfig, world_config
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
 
@@ -47,7 +48,9 @@ class FrameRenderer:
         default_factory=lambda: Intrinsics(262.5, 262.5, 159.5, 119.5, 320, 240)
     )
     config: PerceptionConfig = field(
-        default_factory=lambda: PerceptionConfig(background_frames=5, min_object_area=0.0002)
+        default_factory=lambda: replace(
+            world_config(WORLD), background_frames=5, min_object_area=0.0002
+        )
     )
     rate: float = 10.0
     stamp: int = 0

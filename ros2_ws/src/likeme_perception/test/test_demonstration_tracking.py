@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from likeme_core.observations import Demonstration
+from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.tabletop import Manner, State
-from likeme_perception.config import PerceptionConfig
+from likeme_perception.config import world_config
 from likeme_perception.demonstration_tracking import DemonstrationTracker
 from likeme_perception.hand_tip import HandTip
 from likeme_perception.observation import (
@@ -21,7 +22,7 @@ from likeme_perception.state_probability import certain
 from likeme_perception.top_view import Shape
 
 SECOND = 1_000_000_000
-LEFT, RIGHT, OFF = (0.44, 0.18, 0.03), (0.44, -0.18, 0.03), (0.44, 0.50, -0.17)
+AT_LEFT, AT_RIGHT, OFF = (0.44, 0.18, 0.03), (0.44, -0.18, 0.03), (0.44, 0.50, -0.17)
 HALFWAY, LIFTED = (0.44, 0.06, 0.03), (0.44, 0.06, 0.15)
 
 
@@ -29,9 +30,9 @@ def seen(name: str, place: tuple[float, float, float], settled: bool = True) -> 
     """An object in view at a place."""
     _, y, z = place
     on_table = z > 0 and abs(y) < 0.33
-    state = (State.LEFT if y > 0 else State.RIGHT) if on_table else State.OFFTABLE
+    state = (LEFT if y > 0 else RIGHT) if on_table else OFFTABLE
     shape = Shape(place, 0.0, 0.07, 0.05, z + 0.03)
-    return ObjectObservation(name, state, certain(state), True, settled, shape)
+    return ObjectObservation(name, state, certain(state, WORLD.regions), True, settled, shape)
 
 
 def covered(name: str) -> ObjectObservation:
@@ -41,14 +42,14 @@ def covered(name: str) -> ObjectObservation:
 
 def gone(name: str) -> ObjectObservation:
     """An object that is not visible."""
-    return ObjectObservation(name, State.OFFTABLE, certain(State.OFFTABLE), False, True)
+    return ObjectObservation(name, OFFTABLE, certain(OFFTABLE, WORLD.regions), False, True)
 
 
 class Script:
     """Feeds a tracker at 10 Hz and stores the acts."""
 
     def __init__(self) -> None:
-        self.tracker = DemonstrationTracker(PerceptionConfig())
+        self.tracker = DemonstrationTracker(world_config(WORLD))
         self.stamp = 0
         self.acts: list[Demonstration] = []
         self.unresolved: list[UnresolvedAct] = []
@@ -80,13 +81,13 @@ class Script:
 def script() -> Script:
     """A chicken at rest on the right, a pear at rest on the left."""
     s = Script()
-    s.show(seen('chicken', RIGHT), seen('pear', LEFT))
+    s.show(seen('chicken', AT_RIGHT), seen('pear', AT_LEFT))
     return s
 
 
 def pear() -> ObjectObservation:
     """An object that is not moved."""
-    return seen('pear', LEFT)
+    return seen('pear', AT_LEFT)
 
 
 def changes(script: Script) -> list[tuple[str, State, State]]:
@@ -101,17 +102,17 @@ def unresolved(script: Script) -> list[tuple[str | None, UnresolvedReason]]:
 
 def rolling(state: State) -> ObjectObservation:
     """The chicken, moving."""
-    return seen('chicken', HALFWAY if state is State.LEFT else (0.44, -0.05, 0.03), settled=False)
+    return seen('chicken', HALFWAY if state == LEFT else (0.44, -0.05, 0.03), settled=False)
 
 
 def test_place_with_the_object_visible_in_the_hand(script: Script) -> None:
     start = script.stamp
-    script.show(seen('chicken', RIGHT), pear(), hand=True)
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True)
     script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
-    script.show(seen('chicken', LEFT, settled=False), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT, settled=False), pear(), hand=True)
     left = script.stamp
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
-    assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
     act = script.acts[0]
     assert act.manner is Manner.PLACE
     assert act.manner_probability > 0.9
@@ -121,7 +122,7 @@ def test_place_with_the_object_visible_in_the_hand(script: Script) -> None:
 
 
 def test_place_with_the_object_hidden_by_the_hand(script: Script) -> None:
-    script.show(seen('chicken', RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.18, 0.20))
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.18, 0.20))
     for y, low in (
         (-0.18, 0.04),
         (-0.18, 0.10),
@@ -132,29 +133,29 @@ def test_place_with_the_object_hidden_by_the_hand(script: Script) -> None:
     ):
         tip = HandTip(0.44, y, low)
         script.show(covered('chicken'), pear(), hand=True, tip=tip, seconds=0.3)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
-    assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
     assert script.acts[0].manner is Manner.PLACE
 
 
 def test_push_with_the_object_visible(script: Script) -> None:
-    script.show(seen('chicken', RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.25, 0.2))
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.25, 0.2))
     script.show(seen('chicken', HALFWAY, settled=False), pear(), hand=True)
     script.show(
-        seen('chicken', LEFT, settled=False), pear(), hand=True, tip=HandTip(0.44, 0.1, 0.2)
+        seen('chicken', AT_LEFT, settled=False), pear(), hand=True, tip=HandTip(0.44, 0.1, 0.2)
     )
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert script.acts[0].manner is Manner.PUSH
     assert script.acts[0].manner_probability > 0.9
 
 
 def test_push_with_the_object_hidden_by_the_hand(script: Script) -> None:
-    script.show(seen('chicken', RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.18, 0.20))
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.18, 0.20))
     for y in (-0.18, -0.1, 0.0, 0.1, 0.18):
         tip = HandTip(0.44, y, 0.05)
         script.show(covered('chicken'), pear(), hand=True, tip=tip, seconds=0.3)
     script.show(covered('chicken'), pear(), hand=True, tip=HandTip(0.44, 0.18, 0.2))
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert script.acts[0].manner is Manner.PUSH
 
 
@@ -166,7 +167,7 @@ def test_an_object_put_back_in_its_state_is_no_demonstration(script: Script) -> 
 
 def test_a_hand_that_passes_through_is_no_demonstration(script: Script) -> None:
     script.show(covered('chicken'), covered('pear'), hand=True)
-    script.show(seen('chicken', RIGHT), pear(), seconds=1)
+    script.show(seen('chicken', AT_RIGHT), pear(), seconds=1)
     assert script.acts == []
     assert unresolved(script) == []
 
@@ -176,79 +177,87 @@ def test_a_dropped_object_is_reported_where_it_comes_to_rest(script: Script) -> 
     script.show(seen('chicken', (0.44, 0.02, 0.10), settled=False), pear(), seconds=0.2)
     script.show(seen('chicken', (0.44, -0.02, 0.03), settled=False), pear(), seconds=0.4)
     assert script.acts == []
-    script.show(seen('chicken', LEFT), pear(), seconds=0.5)
-    assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=0.5)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
 
 
 def test_pushed_off_the_table_and_out_of_view(script: Script) -> None:
-    script.show(seen('pear', LEFT), seen('chicken', RIGHT), hand=True)
-    script.show(seen('pear', (0.44, 0.28, 0.03), settled=False), seen('chicken', RIGHT), hand=True)
-    script.show(seen('pear', (0.44, 0.35, 0.03), settled=False), seen('chicken', RIGHT), hand=True)
-    script.show(replace(gone('pear'), settled=False), seen('chicken', RIGHT), hand=True)
-    script.show(gone('pear'), seen('chicken', RIGHT), seconds=1)
-    assert changes(script) == [('pear', State.LEFT, State.OFFTABLE)]
+    script.show(seen('pear', AT_LEFT), seen('chicken', AT_RIGHT), hand=True)
+    script.show(
+        seen('pear', (0.44, 0.28, 0.03), settled=False), seen('chicken', AT_RIGHT), hand=True
+    )
+    script.show(
+        seen('pear', (0.44, 0.35, 0.03), settled=False), seen('chicken', AT_RIGHT), hand=True
+    )
+    script.show(replace(gone('pear'), settled=False), seen('chicken', AT_RIGHT), hand=True)
+    script.show(gone('pear'), seen('chicken', AT_RIGHT), seconds=1)
+    assert changes(script) == [('pear', LEFT, OFFTABLE)]
     assert script.acts[0].manner is Manner.PUSH
 
 
 def test_carried_off_the_table_is_a_place(script: Script) -> None:
-    script.show(seen('pear', (0.44, 0.18, 0.12), settled=False), seen('chicken', RIGHT), hand=True)
-    script.show(seen('pear', (0.44, 0.30, 0.14), settled=False), seen('chicken', RIGHT), hand=True)
-    script.show(covered('pear'), seen('chicken', RIGHT), hand=True)
-    script.show(seen('pear', OFF), seen('chicken', RIGHT), seconds=1)
-    assert changes(script) == [('pear', State.LEFT, State.OFFTABLE)]
+    script.show(
+        seen('pear', (0.44, 0.18, 0.12), settled=False), seen('chicken', AT_RIGHT), hand=True
+    )
+    script.show(
+        seen('pear', (0.44, 0.30, 0.14), settled=False), seen('chicken', AT_RIGHT), hand=True
+    )
+    script.show(covered('pear'), seen('chicken', AT_RIGHT), hand=True)
+    script.show(seen('pear', OFF), seen('chicken', AT_RIGHT), seconds=1)
+    assert changes(script) == [('pear', LEFT, OFFTABLE)]
     assert script.acts[0].manner is Manner.PLACE
 
 
 def test_two_objects_are_two_acts_in_the_order_they_moved(script: Script) -> None:
-    script.show(seen('chicken', RIGHT), seen('pear', HALFWAY, settled=False), hand=True)
-    script.show(seen('chicken', HALFWAY, settled=False), seen('pear', RIGHT), hand=True)
-    script.show(seen('chicken', LEFT), seen('pear', RIGHT), seconds=1)
+    script.show(seen('chicken', AT_RIGHT), seen('pear', HALFWAY, settled=False), hand=True)
+    script.show(seen('chicken', HALFWAY, settled=False), seen('pear', AT_RIGHT), hand=True)
+    script.show(seen('chicken', AT_LEFT), seen('pear', AT_RIGHT), seconds=1)
     assert changes(script) == [
-        ('pear', State.LEFT, State.RIGHT),
-        ('chicken', State.RIGHT, State.LEFT),
+        ('pear', LEFT, RIGHT),
+        ('chicken', RIGHT, LEFT),
     ]
 
 
 def test_acts_of_the_robot_are_no_demonstrations(script: Script) -> None:
     script.show(covered('chicken'), pear(), arm=True)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert script.acts == []
 
 
 def test_hand_and_arm_in_view_together_are_an_unresolved_act(script: Script) -> None:
     script.show(covered('chicken'), pear(), hand=True, arm=True)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert script.acts == []
     assert unresolved(script) == [(None, UnresolvedReason.HAND_AND_ARM)]
 
 
 def test_a_reset_of_the_table_is_no_demonstration(script: Script) -> None:
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert script.acts == []
     script.show(covered('chicken'), pear(), hand=True)
-    script.show(seen('chicken', RIGHT), pear(), seconds=1)
-    assert changes(script) == [('chicken', State.LEFT, State.RIGHT)]
+    script.show(seen('chicken', AT_RIGHT), pear(), seconds=1)
+    assert changes(script) == [('chicken', LEFT, RIGHT)]
 
 
 def test_a_hand_that_returns_before_all_is_at_rest_continues_its_act(script: Script) -> None:
     script.show(seen('chicken', HALFWAY, settled=False), pear(), hand=True)
     script.show(seen('chicken', HALFWAY, settled=False), pear(), seconds=0.2)
-    script.show(seen('chicken', LEFT, settled=False), pear(), hand=True)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
-    assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
+    script.show(seen('chicken', AT_LEFT, settled=False), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
 
 
 def test_an_object_that_never_settles_does_not_block_the_others(script: Script) -> None:
     script.show(covered('chicken'), pear(), hand=True)
-    script.show(seen('chicken', LEFT), replace(pear(), settled=False), seconds=4.5)
+    script.show(seen('chicken', AT_LEFT), replace(pear(), settled=False), seconds=4.5)
     assert script.acts == []
-    script.show(seen('chicken', LEFT), replace(pear(), settled=False), seconds=1)
-    assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
+    script.show(seen('chicken', AT_LEFT), replace(pear(), settled=False), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
     assert unresolved(script) == []
 
 
 def test_an_act_has_the_state_probabilities_of_its_observations(script: Script) -> None:
-    unsure = replace(seen('chicken', LEFT), state_probability=(0.7, 0.2, 0.1))
+    unsure = replace(seen('chicken', AT_LEFT), state_probability=(0.7, 0.2, 0.1))
     script.show(covered('chicken'), pear(), hand=True)
     script.show(unsure, pear(), seconds=1)
     assert script.acts[0].x_f_probability == (0.7, 0.2, 0.1)
@@ -256,46 +265,46 @@ def test_an_act_has_the_state_probabilities_of_its_observations(script: Script) 
 
 
 def test_an_object_still_moving_at_the_timeout_is_an_unresolved_act(script: Script) -> None:
-    script.show(rolling(State.LEFT), pear(), hand=True)
-    script.show(rolling(State.LEFT), pear(), seconds=4.8)
+    script.show(rolling(LEFT), pear(), hand=True)
+    script.show(rolling(LEFT), pear(), seconds=4.8)
     assert unresolved(script) == []
-    script.show(rolling(State.LEFT), pear(), seconds=1)
+    script.show(rolling(LEFT), pear(), seconds=1)
     assert script.acts == []
     assert unresolved(script) == [('chicken', UnresolvedReason.MOVING)]
     assert script.tracker.unresolved == {UnresolvedReason.MOVING: 1}
 
 
 def test_a_later_rest_is_not_attributed_to_the_next_act(script: Script) -> None:
-    script.show(rolling(State.LEFT), pear(), hand=True)
-    script.show(rolling(State.LEFT), pear(), seconds=6)
-    script.show(rolling(State.LEFT), covered('pear'), hand=True)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
+    script.show(rolling(LEFT), pear(), hand=True)
+    script.show(rolling(LEFT), pear(), seconds=6)
+    script.show(rolling(LEFT), covered('pear'), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert script.acts == []
     assert unresolved(script) == [('chicken', UnresolvedReason.MOVING)]
 
 
 def test_an_act_after_a_later_rest_starts_from_there(script: Script) -> None:
-    script.show(rolling(State.LEFT), pear(), hand=True)
-    script.show(rolling(State.LEFT), pear(), seconds=6)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
-    script.show(rolling(State.LEFT), pear(), hand=True)
-    script.show(seen('chicken', RIGHT), pear(), seconds=1)
-    assert changes(script) == [('chicken', State.LEFT, State.RIGHT)]
+    script.show(rolling(LEFT), pear(), hand=True)
+    script.show(rolling(LEFT), pear(), seconds=6)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    script.show(rolling(LEFT), pear(), hand=True)
+    script.show(seen('chicken', AT_RIGHT), pear(), seconds=1)
+    assert changes(script) == [('chicken', LEFT, RIGHT)]
 
 
 def test_an_object_brought_to_the_table_that_never_settles_is_unresolved(script: Script) -> None:
     script.show(gone('chicken'), pear(), seconds=1)
-    script.show(rolling(State.RIGHT), pear(), hand=True)
-    script.show(rolling(State.RIGHT), pear(), seconds=6)
+    script.show(rolling(RIGHT), pear(), hand=True)
+    script.show(rolling(RIGHT), pear(), seconds=6)
     assert script.acts == []
     assert unresolved(script) == [('chicken', UnresolvedReason.MOVING)]
 
 
 def test_an_act_interrupted_by_the_arm_is_unresolved(script: Script) -> None:
-    script.show(rolling(State.LEFT), pear(), hand=True)
-    script.show(rolling(State.LEFT), pear(), seconds=0.2)
+    script.show(rolling(LEFT), pear(), hand=True)
+    script.show(rolling(LEFT), pear(), seconds=0.2)
     script.show(covered('chicken'), pear(), arm=True)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert script.acts == []
     assert unresolved(script) == [('chicken', UnresolvedReason.INTERRUPTED)]
 
@@ -303,9 +312,9 @@ def test_an_act_interrupted_by_the_arm_is_unresolved(script: Script) -> None:
 def test_an_object_hidden_by_the_arm_and_not_moved_is_no_act(script: Script) -> None:
     script.show(covered('chicken'), pear(), hand=True)
     script.show(covered('chicken'), pear(), arm=True)
-    script.show(seen('chicken', RIGHT), pear(), seconds=1)
+    script.show(seen('chicken', AT_RIGHT), pear(), seconds=1)
     assert script.acts == []
     assert unresolved(script) == []
     script.show(covered('chicken'), pear(), hand=True)
-    script.show(seen('chicken', LEFT), pear(), seconds=1)
-    assert changes(script) == [('chicken', State.RIGHT, State.LEFT)]
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from likeme_core.paper_world import WORLD
 from likeme_core.settings import defaults
 from likeme_perception.frame_reader import FrameReader, intrinsics_of
-from likeme_perception.node_settings import SETTINGS, read_settings
+from likeme_perception.node_settings import read_settings, settings_of
 
 MS = 1_000_000
 FOCAL_LENGTH = 262.5
@@ -34,8 +35,8 @@ def camera_info(focal_length: float = FOCAL_LENGTH) -> Any:
 
 
 def reader() -> FrameReader:
-    values = defaults(SETTINGS) | {'background_frames': 3}
-    return FrameReader(read_settings(values))
+    values = defaults(settings_of(WORLD)) | {'background_frames': 3}
+    return FrameReader(read_settings(values, WORLD))
 
 
 def frames(renderer: Any, *stamps: int) -> list[tuple[Any, Any]]:

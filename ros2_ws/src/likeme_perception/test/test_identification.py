@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from likeme_perception.catalogue import Catalogue, load_catalogue
+from likeme_core.paper_world import WORLD
+from likeme_perception.catalogue import Catalogue, world_catalogue
 from likeme_perception.colour import (
     BINS,
     ColourHistogram,
@@ -22,12 +23,12 @@ from likeme_perception.top_view import Shape
 
 
 def test_the_toys_of_the_cell_are_in_the_catalogue() -> None:
-    assert {o.name for o in load_catalogue().objects} == {'pear', 'lemon', 'chicken'}
+    assert {o.name for o in world_catalogue(WORLD).objects} == {'pear', 'lemon', 'chicken'}
 
 
 @pytest.mark.parametrize('name', ['pear', 'lemon', 'chicken'])
 def test_pixels_sampled_from_an_objects_model_are_identified(name: str) -> None:
-    known = load_catalogue()
+    known = world_catalogue(WORLD)
     k = [o.name for o in known.objects].index(name)
     rng = np.random.default_rng(0)
     part = known.objects[k].colour[0]
@@ -40,11 +41,11 @@ def test_pixels_sampled_from_an_objects_model_are_identified(name: str) -> None:
 def test_a_colour_in_no_catalogue_is_unknown() -> None:
     magenta = np.full((1, 200, 3), (200, 0, 200), np.uint8)
     bins = colour_bins(magenta, np.arange(200))
-    assert identity_probability(load_catalogue(), bins)[-1] > 0.9
+    assert identity_probability(world_catalogue(WORLD), bins)[-1] > 0.9
 
 
 def test_objects_of_equal_colour_are_identified_by_size() -> None:
-    lemon = next(o for o in load_catalogue().objects if o.name == 'lemon')
+    lemon = next(o for o in world_catalogue(WORLD).objects if o.name == 'lemon')
     both = Catalogue((lemon, replace(lemon, name='melon', length=0.16, width=0.14)))
     lab = np.tile(np.array(lemon.colour[0].mean) * (2.55, 1, 1) + (0, 128, 128), (100, 1))
     bins = bins_of_lab(lab.astype(np.uint8))
@@ -89,28 +90,8 @@ def test_a_colour_histogram_learns_and_forgets() -> None:
     assert colour.log_density[glove[0]] > colour.log_density[skin[0]] + 2
 
 
-def test_invalid_catalogues_are_refused(tmp_path) -> None:
-    path = tmp_path / 'bad.yaml'
-    path.write_text('objects: {pear: {length: 0.1}}')
-    with pytest.raises(ValueError, match="Expected 'area' of 'pear'"):
-        load_catalogue(path)
-    path.write_text('nothing: 1')
-    with pytest.raises(ValueError, match='Expected "objects:"'):
-        load_catalogue(path)
-    path.write_text('objects: {pear: [')
-    with pytest.raises(ValueError, match=r'Expected YAML in .*bad\.yaml, got'):
-        load_catalogue(path)
-    path.write_text('[pear, lemon]')
-    with pytest.raises(ValueError, match=r'Expected "name: value" in .*, got list'):
-        load_catalogue(path)
-    whole = 'length: 1, width: 1, height: 1, area: 1'
-    path.write_text('objects: {pear: {colour: [{weight: 1}], ' + whole + '}}')
-    with pytest.raises(ValueError, match="Expected 'deviation' of 'colour of pear'"):
-        load_catalogue(path)
-    path.write_text('objects: {pear: 3}')
-    with pytest.raises(ValueError, match="for 'pear', got 3"):
-        load_catalogue(path)
-    lemon = load_catalogue().objects[0]
+def test_a_catalogue_with_a_name_twice_is_refused() -> None:
+    lemon = world_catalogue(WORLD).objects[0]
     with pytest.raises(ValueError, match='Expected 2 different names, got 1'):
         Catalogue((lemon, lemon))
 

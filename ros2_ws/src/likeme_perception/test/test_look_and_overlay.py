@@ -67,7 +67,7 @@ def test_a_hand_is_found_with_an_image_of_the_empty_table(
 def test_an_entry_for_the_catalogue_is_printed(renderer, lemon, tmp_path, intrinsics_file) -> None:
     images = save(renderer.frame(lemon(0.44, -0.02)), tmp_path, 'one')
     done = CliRunner().invoke(app, [*images, '--intrinsics', intrinsics_file, '--learn', 'banana'])
-    assert done.output.startswith('objects:\n  banana:')
+    assert done.output.startswith('- name: banana\n  looks:\n')
 
 
 def test_a_missing_file_is_reported_in_one_line(tmp_path) -> None:
@@ -80,7 +80,7 @@ def test_states_hand_and_arm_are_drawn(renderer, catalogue, lemon, forearm) -> N
     perception = renderer.perception(catalogue)
     frame = renderer.frame(lemon(0.45, 0.15), forearm(0.5, -0.1, 0.1))
     seen = perception.process(frame)
-    image = draw(frame.rgb, seen, perception.background.view, perception.regions, 'before')
+    image = draw(frame.rgb, seen, perception.background.view, perception.config.world, 'before')
     assert image.shape == (480, 640, 3)
     plain = cv2.resize(frame.rgb, (640, 480), interpolation=cv2.INTER_CUBIC)
     changed = np.abs(image.astype(int) - plain).max(axis=2) > 30

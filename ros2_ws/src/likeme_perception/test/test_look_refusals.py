@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from likeme_perception.catalogue import load_catalogue
 from likeme_perception.config import PerceptionConfig, config_from
 from likeme_perception.look import app
 
@@ -134,35 +133,12 @@ def test_settings_of_another_kind(
 
 
 @pytest.mark.parametrize(
-    ('changes', 'why'),
-    [
-        ({'length': None}, 'Expected length of lemon as a number, got None.'),
-        ({'length': 0}, 'Expected length of lemon above 0, got 0.'),
-        ({'area': '1'}, "Expected area of lemon as a number, got '1'."),
-        ({'colour': 5}, 'Expected colour of lemon as a list, got 5.'),
-        ({'colour': []}, 'Expected colour of lemon as a list, got [].'),
-        ({'colour': [3]}, 'Expected "key: value" for \'colour of lemon\', got 3.'),
-        ({'colour': [PART | {'mean': 1}]}, 'Expected mean in colour of lemon as a list of 3'),
-        ({'colour': [PART | {'mean': [1, 2]}]}, 'as 3 numbers, got 2.'),
-        ({'colour': [PART | {'weight': 'x'}]}, "as a number, got 'x'."),
-        ({'colour': [PART | {'weight': -1}]}, 'of 0 or more, got -1.'),
-    ],
-)
-def test_a_catalogue_of_another_kind(tmp_path: Path, changes: dict[str, object], why: str) -> None:
-    path = tmp_path / 'catalogue.yaml'
-    path.write_text(json.dumps({'objects': {'lemon': ENTRY | changes}}))
-    with pytest.raises(ValueError, match='Expected ') as error:
-        load_catalogue(path)
-    assert why in str(error.value)
-
-
-@pytest.mark.parametrize(
     'content', ['objects: 5', '5', 'objects:\n  1: {}', b'\xff\xfe\x00', None]
 )
-def test_a_file_that_is_no_catalogue(
+def test_a_file_that_is_no_world(
     images: list[str], tmp_path: Path, content: str | bytes | None
 ) -> None:
-    refused(*images, '--catalogue', written(tmp_path / 'c.yaml', content))
+    refused(*images, '--world', written(tmp_path / 'c.yaml', content))
 
 
 def test_a_background_of_another_size(images: list[str], tmp_path: Path) -> None:
@@ -184,7 +160,9 @@ def test_a_file_that_is_no_image(images: list[str], tmp_path: Path, wrong: str) 
     assert 'Expected an image' in refused(images[0], path)
 
 
-@pytest.mark.parametrize('name', [field.name for field in fields(PerceptionConfig)])
+@pytest.mark.parametrize(
+    'name', [field.name for field in fields(PerceptionConfig) if field.name != 'world']
+)
 def test_a_setting_of_any_type_is_read_or_refused(name: str) -> None:
     values = [None, True, 0, -1, 10**400, 0.5, float('nan'), '', '1', [], [1.0], ['far'], {}]
     for value in [*values, [[1]] * 3, [None] * 4, {'x': 1}, b'1']:

@@ -6,31 +6,32 @@ from dataclasses import fields
 
 import pytest
 
+from likeme_core.paper_world import WORLD
 from likeme_core.settings import defaults
-from likeme_perception.catalogue import load_catalogue
-from likeme_perception.config import PerceptionConfig
-from likeme_perception.node_settings import SETTINGS, read_settings
+from likeme_perception.catalogue import world_catalogue
+from likeme_perception.config import PerceptionConfig, world_config
+from likeme_perception.node_settings import read_settings, settings_of
 
+SETTINGS = settings_of(WORLD)
 DEFAULTS = defaults(SETTINGS)
 
 
 def test_every_field_of_the_configuration_is_a_parameter() -> None:
-    assert {field.name for field in fields(PerceptionConfig)} == (
-        set(SETTINGS) - {'catalogue_file', 'pairing_tolerance'}
-    )
+    names = {field.name for field in fields(PerceptionConfig)} - {'world'}
+    assert names == set(SETTINGS) - {'pairing_tolerance'}
 
 
 def test_the_defaults_are_those_of_the_configuration() -> None:
-    settings = read_settings(DEFAULTS)
-    assert settings.config == PerceptionConfig()
-    assert settings.catalogue == load_catalogue()
+    settings = read_settings(DEFAULTS, WORLD)
+    assert settings.config == world_config(WORLD)
+    assert settings.catalogue == world_catalogue(WORLD)
     assert settings.pairing_tolerance == 0.016
 
 
 def test_an_empty_list_stands_for_none() -> None:
-    empty = {'camera_position': [], 'table': [], 'work_area': [], 'robot_sides': []}
-    config = read_settings(DEFAULTS | empty).config
-    assert (config.camera_position, config.table, config.work_area) == (None, None, None)
+    empty = {'camera_position': [], 'table': [], 'robot_sides': []}
+    config = read_settings(DEFAULTS | empty, WORLD).config
+    assert (config.camera_position, config.table) == (None, None)
     assert config.robot_sides == ()
 
 

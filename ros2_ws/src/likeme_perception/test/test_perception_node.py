@@ -217,18 +217,17 @@ def test_camera_info_is_acknowledged_with_the_reason_when_it_is_unusable(
 def test_parameters_out_of_range_are_refused(rig: Rig) -> None:
     for name, value, said in (
         ('min_height', 5.0, ''),
-        ('work_area', [0.6, 0.3, -0.3, 0.3], 'x_min < x_max'),
-        ('work_area', [0.6, 0.3], 'work_area as 4 numbers'),
+        ('table', [0.6, 0.3, -0.3, 0.3], 'x_min < x_max'),
+        ('table', [0.6, 0.3], 'table as 4 numbers'),
         ('camera_quaternion', [0.0, 0.0, 0.0, 2.0], 'quaternion of length 1'),
         ('human_sides', ['north'], 'human_sides among'),
-        ('catalogue_file', '/nowhere.yaml', 'nowhere'),
-        ('catalogue_file', __file__, 'Expected'),
+        ('world', 'three_bins', 'read only'),
     ):
         result = rig.node.set_parameters([Parameter(name, value=value)])[0]
         assert not result.successful
         assert said in result.reason
-    assert rig.node.set_parameters([Parameter('blue_line_y', value=0.05)])[0].successful
-    assert rig.node._reader.settings.config.blue_line_y == 0.05
+    assert rig.node.set_parameters([Parameter('place_rise', value=0.05)])[0].successful
+    assert rig.node._reader.settings.config.place_rise == 0.05
 
 
 def start_node(domain: int, *arguments: str) -> subprocess.Popen[str]:
@@ -240,7 +239,7 @@ def start_node(domain: int, *arguments: str) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize('argument', ['catalogue_file:=/nowhere.yaml', 'min_height:=7.0'])
+@pytest.mark.parametrize('argument', ['world:=/nowhere.yaml', 'world:=moon', 'min_height:=7.0'])
 def test_bad_parameters_at_the_start_are_one_sentence(argument: str) -> None:
     with domain_id() as domain:
         node = start_node(domain, '-p', argument)

@@ -6,9 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
-from likeme_core.tabletop import State
-from likeme_perception.catalogue import Catalogue, catalogue_entry, catalogue_yaml, load_catalogue
+from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT
+from likeme_core.world.file import parse_world, world_path
+from likeme_perception.catalogue import Catalogue, catalogue_entry, object_yaml, world_catalogue
 from likeme_perception.observation import UnresolvedReason
 from likeme_perception.pipeline import TabletopPerception
 
@@ -34,8 +36,8 @@ def test_two_objects_are_identified_located_and_settled(renderer, catalogue, lem
     assert seen.settled
     assert not seen.hand_in_view
     for name, xy, state in (
-        ('lemon', (0.45, 0.15), State.LEFT),
-        ('pear', (0.40, -0.2), State.RIGHT),
+        ('lemon', (0.45, 0.15), LEFT),
+        ('pear', (0.40, -0.2), RIGHT),
     ):
         found = seen.object(name)
         assert found.state is state
@@ -50,7 +52,7 @@ def test_every_object_of_the_catalogue_is_reported_once(renderer, catalogue, lem
     seen = settle(renderer.perception(catalogue), renderer, lemon(0.45, 0.15))
     assert [o.name for o in seen.objects] == ['lemon', 'pear']
     missing = seen.object('pear')
-    assert missing.state is State.OFFTABLE
+    assert missing.state == OFFTABLE
     assert missing.settled
     assert not missing.visible
     assert np.isnan(missing.centroid).all()
@@ -64,7 +66,7 @@ def test_beside_the_work_area_and_on_the_floor_are_offtable(
     )
     assert seen.object('lemon').visible
     assert seen.object('pear').visible
-    assert {o.state for o in seen.objects} == {State.OFFTABLE}
+    assert {o.state for o in seen.objects} == {OFFTABLE}
     assert seen.settled
 
 
@@ -88,7 +90,7 @@ def test_only_the_object_under_the_hand_becomes_unknown(
     assert not seen.settled
     assert seen.object('lemon').state is None
     assert seen.object('lemon').state_probability == pytest.approx((1 / 3,) * 3)
-    assert seen.object('pear').state is State.RIGHT
+    assert seen.object('pear').state == RIGHT
     assert seen.hand_tip is not None
 
 
@@ -98,7 +100,7 @@ def test_the_robots_own_arm_is_not_a_hand(renderer, catalogue, lemon, robot_arm)
     seen = settle(perception, renderer, lemon(0.50, 0.15), robot_arm(0.45, -0.1, 0.08))
     assert seen.arm_in_view
     assert not seen.hand_in_view
-    assert seen.object('lemon').state is State.LEFT
+    assert seen.object('lemon').state == LEFT
 
 
 def test_a_partly_hidden_object_at_rest_keeps_its_centroid(
@@ -118,11 +120,11 @@ def test_an_object_that_vanishes_without_a_hand_is_offtable(renderer, catalogue,
     perception = renderer.perception(catalogue)
     settle(perception, renderer, lemon(0.45, 0.15))
     first = perception.process(renderer.frame()).object('lemon')
-    assert first.state is State.LEFT
+    assert first.state == LEFT
     assert not first.visible
     assert not first.settled
     later = settle(perception, renderer).object('lemon')
-    assert later.state is State.OFFTABLE
+    assert later.state == OFFTABLE
     assert later.settled
     assert later.last_seen < perception.process(renderer.frame()).stamp
 
@@ -150,7 +152,7 @@ def test_a_demonstration_by_hand_is_seen(renderer, catalogue, lemon, forearm) ->
             acts += perception.process(renderer.frame(held, forearm(0.47, y, z))).demonstrations
     for _ in range(10):
         acts += perception.process(renderer.frame(lemon(0.40, 0.15))).demonstrations
-    assert [(a.object, a.x_i, a.x_f) for a in acts] == [('lemon', State.RIGHT, State.LEFT)]
+    assert [(a.object, a.x_i, a.x_f) for a in acts] == [('lemon', RIGHT, LEFT)]
     assert acts[0].start < acts[0].end
 
 
@@ -182,7 +184,7 @@ def test_an_object_under_an_absorbed_limb_is_unknown_until_it_is_seen(
     leaving = settle(perception, short_still_time, *resting, forearm(0.45, -0.02, 0.12), frames=3)
     assert leaving.hand_in_view
     seen = settle(perception, short_still_time, *resting, frames=10)
-    assert [o.state for o in seen.objects] == [State.LEFT, State.RIGHT]
+    assert [o.state for o in seen.objects] == [LEFT, RIGHT]
     assert seen.settled
     assert seen.unknown_objects == ()
 
@@ -207,7 +209,7 @@ def test_the_background_is_restored_when_an_absorbed_limb_leaves(
             acts += perception.process(short_still_time.frame(*held)).demonstrations
     for _ in range(10):
         acts += perception.process(short_still_time.frame(end)).demonstrations
-    assert [(a.object, a.x_i, a.x_f) for a in acts] == [('pear', State.RIGHT, State.LEFT)]
+    assert [(a.object, a.x_i, a.x_f) for a in acts] == [('pear', RIGHT, LEFT)]
 
 
 def test_objects_beside_and_below_the_table_are_not_reported(renderer, catalogue, lemon) -> None:
@@ -225,11 +227,12 @@ def test_an_object_can_be_added_to_the_catalogue_from_frames(
     pixels, shape = perception.process(frame).unknown_objects[0]
     colours = frame.rgb.reshape(-1, 3)[pixels]
     entry = catalogue_entry('banana', [colours], [shape], [0.0028])
-    (tmp_path / 'known.yaml').write_text(catalogue_yaml(Catalogue((entry,))))
-    known = load_catalogue(tmp_path / 'known.yaml')
+    data = yaml.safe_load(world_path('chung2015').read_text())
+    data['objects'] = yaml.safe_load(object_yaml(entry))
+    known = world_catalogue(parse_world(yaml.safe_dump(data), tmp_path / 'known.yaml'))
     assert known.objects == (entry,)
     seen = settle(renderer.perception(known), renderer, pear(0.4, -0.1), lemon(0.5, 0.2))
-    assert seen.object('banana').state is State.LEFT
+    assert seen.object('banana').state == LEFT
     assert len(seen.unknown_objects) == 1
 
 

@@ -9,6 +9,7 @@ import cv2
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.settings import defaults
+from likeme_core.world import load_world
 from likeme_inference import node_settings as inference_settings
 from likeme_inference.session_inputs import (
     InputKind,
@@ -26,6 +27,7 @@ from likeme_replay.decision_log import LogEntry, entry_of_event
 from likeme_replay.input_scheduler import FrameAck
 from likeme_replay.message_definitions import definitions
 from likeme_replay.recorded_inputs import RecordedFrame
+from likeme_replay.recorded_parameters import world_of
 
 
 class InProcessGraph:
@@ -47,11 +49,13 @@ class InProcessGraph:
         Raises:
             ValueError, OSError: one is invalid.
         """
-        values = defaults(perception_settings.SETTINGS) | dict(perception or {})
-        self._reader = FrameReader(perception_settings.read_settings(values))
-        values = defaults(inference_settings.SETTINGS) | dict(inference or {})
-        model = inference_settings.read_model(values['model_file'])
-        self.session = ImitationSession(model, inference_settings.read_settings(values))
+        world = load_world(world_of(perception or {}, inference or {}))
+        values = defaults(perception_settings.settings_of(world)) | dict(perception or {})
+        self._reader = FrameReader(perception_settings.read_settings(values, world))
+        values = defaults(inference_settings.settings_of(world)) | dict(inference or {})
+        model = inference_settings.read_model(values['model_file'], world)
+        settings = inference_settings.read_settings(values, world)
+        self.session = ImitationSession(model, settings)
         self.table: TableObservation | None = None
         self.refused_inputs = 0
         self._tables: dict[int, TableSnapshot] = {}

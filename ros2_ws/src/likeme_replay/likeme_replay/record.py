@@ -20,7 +20,7 @@ from likeme_replay.recording_writer import Recording, summary
 #: Topics that a replay needs, and those for inspection.
 TOPICS = (
     COLOUR, DEPTH, INFO, 'table_state', FRAME_DONE, 'demonstration', 'goal_belief', 'decision',
-    'outcome', HEARD, 'joint_states', '/clock', '/diagnostics',
+    'outcome', HEARD, 'world', 'joint_states', '/clock', '/diagnostics',
 )  # fmt: skip
 #: Folder of recordings that are named without one.
 FOLDER = Path('out/bags')

@@ -7,10 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from likeme_core.world import load_world
+from likeme_core.world.file import DEFAULT_WORLD
 from likeme_core.yaml_files import read_yaml
 
 #: Key of a bag's custom data that holds the nodes' parameters, as JSON.
 KEY = 'likeme.parameters'
+#: Key of the label of the world that the recorded nodes ran in.
+WORLD_KEY = 'likeme.world'
+#: Parameters of perception that older releases recorded, and their defaults.
+RETIRED: dict[str, Any] = {
+    'blue_line_y': 0.0,
+    'work_area': [0.27, 0.61, -0.33, 0.33],
+    'catalogue_file': '',
+}
 NODES = ('perception_node', 'inference_node')
 #: Parameters that a replay sets itself.
 IGNORED = ('replayed', 'use_sim_time', 'start_type_description_service')
@@ -30,7 +40,55 @@ def recorded(custom: Mapping[str, str]) -> Parameters:
         raise ValueError(f'Expected JSON under {KEY} in metadata.yaml, got: {error}.') from None
     if not isinstance(found, dict) or not all(isinstance(v, dict) for v in found.values()):
         raise ValueError(f'Expected node: name: value under {KEY} in metadata.yaml.')
+    _check_retired(found.get('perception_node', {}))
     return {node: _without_ignored(found[node]) for node in NODES if node in found}
+
+
+def recorded_label(custom: Mapping[str, str]) -> str | None:
+    """The label of the world a bag was recorded in, see World.label; None: not recorded."""
+    return custom.get(WORLD_KEY)
+
+
+def world_of(*nodes: Mapping[str, Any]) -> str:
+    """The world that parameters of several nodes name; the default one if none does.
+
+    Raises:
+        ValueError: they name different ones.
+    """
+    named = {str(values['world']) for values in nodes if 'world' in values}
+    if len(named) > 1:
+        raise ValueError(f'Expected one world for all nodes, got {" and ".join(sorted(named))}.')
+    return named.pop() if named else DEFAULT_WORLD
+
+
+def in_world(parameters: Parameters, world: str) -> Parameters:
+    """The same parameters with another world for every node."""
+    return {node: parameters.get(node, {}) | {'world': world} for node in NODES}
+
+
+def check_world(custom: Mapping[str, str], parameters: Parameters) -> None:
+    """Refuse to replay a bag in another world than that of its recording.
+
+    Raises:
+        ValueError: with both worlds' names and digests.
+    """
+    label = recorded_label(custom)
+    world = load_world(world_of(*parameters.values()))
+    if label is not None and label != world.label:
+        raise ValueError(
+            f'Expected the world {label}, in which the bag was recorded, got {world.label}: '
+            'name its file by --world.'
+        )
+
+
+def _check_retired(values: Mapping[str, Any]) -> None:
+    """Refuse what an older release took as a parameter and a world file says now."""
+    for name, expected in RETIRED.items():
+        if values.get(name, expected) != expected:
+            raise ValueError(
+                f'Expected {name} {expected}, as in the world {DEFAULT_WORLD}, got '
+                f'{values[name]}: describe the table in a world file and name it by --world.'
+            )
 
 
 def from_file(path: Path) -> Parameters:

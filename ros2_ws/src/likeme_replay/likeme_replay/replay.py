@@ -57,6 +57,12 @@ def replay(
         Path | None,
         typer.Option(help='Write the decision log here (-: stdout); implies --lockstep.'),
     ] = None,
+    world: Annotated[
+        str | None,
+        typer.Option(
+            metavar='NAME|FILE', help='World of the nodes; default: the recorded one.'
+        ),
+    ] = None,
     params: Annotated[
         Path | None, typer.Option(help='ROS parameter file for perception and inference.')
     ] = None,
@@ -75,7 +81,7 @@ def replay(
         options = ReplayOptions(
             bag, rate, start, end, loop, pause, tuple(topics or ()),
             parse_pairs(remap or (), '--remap'), parse_pairs(type_map or (), '--type-map'), clock,
-            read_yaml(qos) if qos else {}, lockstep or bool(log), offline, log, params, running,
+            read_yaml(qos) if qos else {}, lockstep or bool(log), offline, log, params, world, running,
             domain,
         )  # fmt: skip
         options.check()

@@ -27,6 +27,7 @@ class ReplayOptions(NamedTuple):
     offline: bool
     log: Path | None
     params: Path | None
+    world: str | None
     running: bool
     domain: int
 
@@ -60,14 +61,18 @@ class ReplayOptions(NamedTuple):
 
         Raises:
             BagError: the bag cannot be opened.
-            ValueError: its recorded parameters are invalid.
+            ValueError: its recorded parameters are invalid, or it is of another world.
         """
         with open_bag(self.bag) as bag:
-            parameters = recorded_parameters.recorded(bag.custom)
+            custom = bag.custom
+            parameters = recorded_parameters.recorded(custom)
             begin = None if self.start is None else bag.start + round(self.start * 1e9)
             end = None if self.end is None else bag.start + round(self.end * 1e9)
         if self.params is not None:
             parameters = recorded_parameters.merged(
                 parameters, recorded_parameters.from_file(self.params)
             )
+        if self.world is not None:
+            parameters = recorded_parameters.in_world(parameters, self.world)
+        recorded_parameters.check_world(custom, parameters)
         return parameters, begin, end

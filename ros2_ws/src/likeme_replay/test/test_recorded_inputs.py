@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import camera_messages
-from likeme_arm_sim.scene import CameraMount
 from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.errors import BagError
 from likeme_bags.values import Record
+from likeme_core.paper_world import WORLD
 from likeme_inference.session_inputs import InputKind, SessionInput
 from likeme_replay.input_scheduler import FrameAck, InputScheduler
 from likeme_replay.message_definitions import definitions
@@ -31,7 +31,7 @@ SECOND = 1_000_000_000
 def record(topic: str, stamp: int) -> Record:
     """A tiny image or camera_info."""
     rgb, depth = np.zeros((8, 8, 3), np.uint8), np.ones((8, 8), np.uint16)
-    made = camera_messages.frame_records(stamp, rgb, depth, CameraMount())
+    made = camera_messages.frame_records(stamp, rgb, depth, WORLD.camera)
     return next(r for r in made if r.topic == topic)
 
 

@@ -11,18 +11,18 @@ import pytest
 from typer.testing import CliRunner
 
 import camera_messages
-from likeme_arm_sim.scene import CameraMount
 from likeme_bags.camera_topics import CAMERA_INFO, COLOUR, DEPTH, INFO
 from likeme_bags.images import IMAGE
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
+from likeme_core.paper_world import WORLD
 from likeme_replay.message_definitions import definitions
 from likeme_replay.offline_replay import replay_offline
 from likeme_replay.replay import app
 
 STRING = 'std_msgs/msg/String'
 BEGIN, PERIOD = 1_700_000_000_000_000_000, 100_000_000
-CAMERA = CameraMount()
+CAMERA = WORLD.camera
 Change = Callable[[int, Any], None]
 
 

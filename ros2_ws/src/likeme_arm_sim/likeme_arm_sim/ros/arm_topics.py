@@ -8,7 +8,7 @@ from sensor_msgs.msg import JointState
 
 from likeme_arm.perceived_objects import PerceivedObjects
 from likeme_arm_sim import messages
-from likeme_arm_sim.arm import Arm
+from likeme_arm_sim.cell import Cell
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.msg import TableState
 
@@ -23,8 +23,13 @@ class ArmTopics:
         dropped: number of table states that could not be used.
     """
 
-    def __init__(self, node: Node, arm: Arm, perceived: PerceivedObjects) -> None:
-        self._arm, self._perceived, self._logger = arm, perceived, node.get_logger()
+    def __init__(self, node: Node, cell: Cell, perceived: PerceivedObjects) -> None:
+        self._world, self._arm, self._perceived = (
+            cell.world,
+            cell.arm,
+            perceived,
+        )
+        self._logger = node.get_logger()
         self.dropped = 0
         self._joints = node.create_publisher(JointState, 'joint_states', 10)
         node.create_subscription(TableState, 'table_state', self._on_table_state, 1)
@@ -35,7 +40,7 @@ class ArmTopics:
 
     def _on_table_state(self, message: TableState) -> None:
         try:
-            views = messages.object_views(message)
+            views = messages.object_views(message, self._world)
         except ValueError as error:
             self.dropped += 1
             self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)

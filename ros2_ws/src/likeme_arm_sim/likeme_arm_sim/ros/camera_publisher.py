@@ -9,7 +9,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from likeme_arm_sim import messages
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.scene import CAMERA_FRAME
+from likeme_core.camera_mount import CAMERA_FRAME
 
 
 class CameraPublisher:
@@ -25,7 +25,7 @@ class CameraPublisher:
         self._rgb = node.create_publisher(Image, 'camera/rgb/image_rect_color', qos)
         self._depth = node.create_publisher(Image, 'camera/depth_registered/image_rect', qos)
         self._info = node.create_publisher(CameraInfo, 'camera/rgb/camera_info', qos)
-        self._info_message = messages.camera_info_message(cell.scene.camera)
+        self._info_message = messages.camera_info_message(cell.world.camera)
 
     def publish(self, stamp: Time) -> None:
         """Publish the present frame, if anybody subscribes."""

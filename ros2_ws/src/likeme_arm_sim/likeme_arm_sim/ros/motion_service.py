@@ -10,6 +10,7 @@ from likeme_arm_sim.ros.job_future import job_ended
 from likeme_arm_sim.simulation_driver import SimulationDriver, StampedResult
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
+from likeme_core.ros.world import check_world
 from likeme_msgs.srv import ExecuteAction
 
 SERVICES = {Actor.ROBOT: 'arm/execute_action', Actor.HUMAN: 'human/execute_action'}
@@ -17,7 +18,7 @@ BUSY = 'My last motion is still in progress: nothing was started.'
 
 
 class MotionService:
-    """Serves the six actions of the arm or of the person; answers when the motion has ended.
+    """Serves the actions of the arm or of the person; answers when the motion has ended.
 
     Attributes:
         name: of the service.
@@ -37,16 +38,22 @@ class MotionService:
     async def _execute(
         self, request: ExecuteAction.Request, response: ExecuteAction.Response
     ) -> ExecuteAction.Response:
-        expires = stamp_ns(request.expires)
-        job = self._driver.execute(self._actor, request.object, request.action, expires)
-        if job is None:
-            report = StampedResult(MotionOutcome.BUSY, BUSY)
-        else:
-            await job_ended(self._node, job)
-            report = job.result()
+        report = await self._report(request)
         if report.started:
             self.motions += 1
         else:
             self.refused += 1
         self._node.get_logger().info(f'{report.outcome.name}: {report.message}')
         return messages.motion_response(report, response)
+
+    async def _report(self, request: ExecuteAction.Request) -> StampedResult:
+        try:
+            check_world(request.world, self._driver.cell.world)
+        except ValueError as error:
+            return StampedResult(MotionOutcome.OTHER_WORLD, str(error))
+        expires = stamp_ns(request.expires)
+        job = self._driver.execute(self._actor, request.object, request.action, expires)
+        if job is None:
+            return StampedResult(MotionOutcome.BUSY, BUSY)
+        await job_ended(self._node, job)
+        return job.result()

@@ -13,10 +13,17 @@ import typer
 from std_srvs.srv import Trigger
 
 from likeme_bringup.enum_choice import choices, member
-from likeme_bringup.ros.service_client import CallResult, call, client_node, next_table_state
+from likeme_bringup.ros.service_client import (
+    DISCOVERY_TIMEOUT,
+    CallResult,
+    call,
+    client_node,
+    next_table_state,
+)
 from likeme_core.cli import Domain
-from likeme_core.tabletop import Action, Manner, State
-from likeme_msgs.msg import TableState
+from likeme_core.ros.world import WorldNames, WorldSubscriber
+from likeme_core.tabletop import Manner
+from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
 Network = Annotated[
@@ -24,12 +31,13 @@ Network = Annotated[
 ]
 
 
-def state_name(state: int) -> str:
+def state_name(names: WorldNames, state: int) -> str:
     """The name of a state on the command line."""
-    return State(state).name.lower() if state in tuple(State) else 'in an unknown state'
+    unknown = state == ObjectState.UNKNOWN
+    return 'in an unknown state' if unknown else names.state(state).lower()
 
 
-def check_start(table: TableState | None, name: str, start: State) -> CallResult:
+def check_start(names: WorldNames, table: TableState | None, name: str, start: str) -> CallResult:
     """Whether the camera sees the object where the demonstration is to begin."""
     if table is None:
         return CallResult(
@@ -38,31 +46,29 @@ def check_start(table: TableState | None, name: str, start: State) -> CallResult
     states = {item.name: item.state for item in table.objects}
     if name not in states:
         return CallResult(1, f'The camera knows {", ".join(sorted(states))}, not {name}.')
-    if states[name] != start:
-        seen, expected = state_name(states[name]), state_name(start)
+    seen = state_name(names, states[name])
+    if seen != start.lower():
         return CallResult(
-            1, f'The camera sees the {name} {seen}, not {expected}; --force shows it anyway.'
+            1, f'The camera sees the {name} {seen}, not {start}; --force shows it anyway.'
         )
     return CallResult(0, '')
 
 
 def arm_command(
-    action: Annotated[str, typer.Argument(metavar='ACTION', help=f'{choices(Action)}.')],
-    object_name: Annotated[str, typer.Argument(metavar='OBJECT', help='pear, lemon or chicken.')],
+    action: Annotated[str, typer.Argument(metavar='ACTION', help='e.g. push_left.')],
+    object_name: Annotated[str, typer.Argument(metavar='OBJECT', help='e.g. pear.')],
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
     """Let the robot do one action, e.g. `arm push_left pear`."""
-    request = ExecuteAction.Request(object=object_name, action=int(member(Action, action)))
+    request = ExecuteAction.Request(object=object_name, action=action)
     with client_node(network, domain) as node:
         report(call(node, ExecuteAction, 'arm/execute_action', request))
 
 
 def show_command(
-    object_name: Annotated[str, typer.Argument(metavar='OBJECT', help='pear, lemon or chicken.')],
-    start: Annotated[
-        str, typer.Argument(metavar='FROM', help=f'Where it is now: {choices(State)}.')
-    ],
+    object_name: Annotated[str, typer.Argument(metavar='OBJECT', help='e.g. pear.')],
+    start: Annotated[str, typer.Argument(metavar='FROM', help='Where it is now, e.g. left.')],
     target: Annotated[str, typer.Argument(metavar='TO', help='Where to move it.')],
     by: Annotated[str, typer.Option(help=f'How to move it: {choices(Manner)}.')] = 'place',
     force: Annotated[
@@ -72,16 +78,23 @@ def show_command(
     domain: Domain = 0,
 ) -> None:
     """Let the simulated person move an object, e.g. `show pear left right --by push`."""
-    x_i, x_f = member(State, start), member(State, target)
-    if x_i is x_f:
+    manner = member(Manner, by).name.lower()
+    if start.lower() == target.lower():
         raise typer.BadParameter(f'expected two different states, got {start} twice.')
-    action = Action.of(member(Manner, by), x_f)
     with client_node(network, domain) as node:
+        names = WorldSubscriber(node).wait(DISCOVERY_TIMEOUT)
+        if names.message is None:
+            report(CallResult(3, 'Nobody publishes world: is the cell running?'))
+        try:
+            names.check_state(start)
+            action = names.action_of(manner, target)
+        except ValueError as error:
+            report(CallResult(2, str(error)))
         if not force:
-            seen = check_start(next_table_state(node), object_name, x_i)
+            seen = check_start(names, next_table_state(node), object_name, start)
             if seen.code:
                 report(seen)
-        request = ExecuteAction.Request(object=object_name, action=int(action))
+        request = ExecuteAction.Request(object=object_name, action=action)
         report(call(node, ExecuteAction, 'human/execute_action', request))
 
 
@@ -97,18 +110,18 @@ def reset_command(
     """Set the table up; without places, as at the start of this run of the cell."""
     pairs = [parse_place(text) for text in places or ()]
     request = ResetCell.Request(
-        objects=[name for name, _ in pairs], states=[int(state) for _, state in pairs], seed=seed
+        objects=[name for name, _ in pairs], states=[state for _, state in pairs], seed=seed
     )
     with client_node(network, domain) as node:
         report(call(node, ResetCell, 'cell/reset', request))
 
 
-def parse_place(text: str) -> tuple[str, State]:
-    """`pear=left` as a name and a state."""
+def parse_place(text: str) -> tuple[str, str]:
+    """`pear=left` as the names of an object and a state."""
     name, _, state = text.partition('=')
     if not name or not state:
         raise typer.BadParameter(f'expected OBJECT=STATE, got {text!r}.')
-    return name, member(State, state)
+    return name, state
 
 
 def hold_command(network: Network = False, domain: Domain = 0) -> None:

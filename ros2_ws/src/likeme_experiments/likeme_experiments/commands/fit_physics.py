@@ -11,14 +11,15 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from likeme_arm_sim.fitted_parameters import fitted_values
+from likeme_arm_sim.physics import fitted_values
+from likeme_core.paper_world import WORLD
 from likeme_experiments.physics_fit.deviance import deviance
 from likeme_experiments.physics_fit.evaluate import evaluate_rows, table_text
 from likeme_experiments.physics_fit.level_trials import try_levels
 from likeme_experiments.physics_fit.search import STEPS, WIDE, best_level, levels, touches
 from likeme_experiments.physics_fit.table_rows import TableRow, split, table_rows
 
-# Start fitted_values of the search, chosen by hand.
+# Start values of the search, chosen by hand.
 FIRST = {
     'pear_friction': 0.21, 'lemon_friction': 0.35, 'chicken_friction': 0.65,
     'pear_mass': 0.05, 'lemon_mass': 0.04, 'chicken_mass': 0.06,
@@ -57,7 +58,7 @@ def main(
     """Fit the parameters, then compare them with the real robot on unused seeds."""
     out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
-    found = fitted_values() if evaluate_only else _search(out, seed, workers, console)
+    found = fitted_values(WORLD) if evaluate_only else _search(out, seed, workers, console)
     (out / 'parameters.json').write_text(json.dumps(found, indent=1) + '\n')
     with Progress(console=console) as progress:
         task = progress.add_task('evaluation', total=36)

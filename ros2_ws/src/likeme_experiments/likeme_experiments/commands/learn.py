@@ -14,9 +14,9 @@ from typing import Annotated, NamedTuple
 import typer
 from rich.console import Console
 
-from likeme_arm_sim.scene import OBJECTS
-from likeme_core.cli import Domain
+from likeme_core.cli import WORLD_DEFAULT, Domain, WorldOption
 from likeme_core.instance_lock import AlreadyRunningError, claim
+from likeme_core.world import World
 from likeme_experiments.commands.learn_store import (
     DONE,
     FAILED,
@@ -86,6 +86,7 @@ def learn_command(
     robot: Annotated[
         str | None, typer.Option(help='Live: name of the robot. Default: the simulated one.')
     ] = None,
+    world: WorldOption = WORLD_DEFAULT,
     domain: Domain = 0,
     store: Store = None,
 ) -> None:
@@ -99,9 +100,9 @@ def learn_command(
     # Takes a second to import; export and summary do not need it.
     from likeme_experiments.learning.robot_identity import simulated_robot
 
-    names = _objects(objects)
-    kind, name = 'offline' if offline else 'live', robot or simulated_robot()
-    campaign = campaign_of(kind, name, seed, names, policy, repetitions, trials)
+    names = _objects(world, objects)
+    kind, name = 'offline' if offline else 'live', robot or simulated_robot(world)
+    campaign = campaign_of(world, kind, name, seed, names, policy, repetitions, trials)
     if offline:
         count = workers or len(os.sched_getaffinity(0))
         code = _learn(campaign, store, partial(_offline, count, scheduler))
@@ -118,7 +119,7 @@ def _learn(campaign: Campaign, place: str | None, learn: Learn) -> int:
     # SIGTERM, e.g. of a service manager, is handled as Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        with closing(open_store(place)) as store:
+        with closing(open_store(campaign.world, place)) as store:
             progress = Progress(campaign, store)
             if progress.done != progress.total:
                 store.check_writable()
@@ -174,11 +175,12 @@ def _live(
     try:
         with ExitStack() as stack:
             stack.enter_context(claim(domain, ['explorer']))
-            node = stack.enter_context(explorer(domain))
-            log = Path(default_place()).with_name('learn') / 'cell.log'
+            world = progress.campaign.world
+            node = stack.enter_context(explorer(domain, world))
+            log = Path(default_place(world)).with_name('learn') / 'cell.log'
             cell = None
             if with_cell:
-                cell = stack.enter_context(managed_cell(domain, 0, log, reporter.print))
+                cell = stack.enter_context(managed_cell(world, domain, 0, log, reporter.print))
             learner = LiveLearner(node, reporter, software_version(), cell)
             learner.learn(progress, store)
     except CellGoneError as error:
@@ -188,11 +190,12 @@ def _live(
     return ExitStatus(DONE)
 
 
-def _objects(names: list[str] | None) -> tuple[str, ...]:
+def _objects(world: World, names: list[str] | None) -> tuple[str, ...]:
+    known = world.objects
     for name in names or ():
-        if name not in OBJECTS:
-            raise typer.BadParameter(f"expected one of {', '.join(OBJECTS)}, got '{name}'.")
-    return tuple(name for name in OBJECTS if not names or name in names)
+        if name not in known:
+            raise typer.BadParameter(f"expected one of {', '.join(known)}, got '{name}'.")
+    return tuple(name for name in known if not names or name in names)
 
 
 def run() -> None:

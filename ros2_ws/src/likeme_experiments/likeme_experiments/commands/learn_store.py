@@ -12,6 +12,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from likeme_core.cli import WORLD_DEFAULT, WorldOption
+from likeme_core.world import World
 from likeme_experiments.learning.store_location import default_place, is_sqlite, open_store
 from likeme_experiments.learning.summary import document, table
 from likeme_inference.experience import trial_file
@@ -32,15 +34,16 @@ Store = Annotated[
 
 def summary_command(
     store: Store = None,
+    world: WorldOption = WORLD_DEFAULT,
     as_json: Annotated[bool, typer.Option('--json', help='Print one JSON document.')] = False,
 ) -> None:
     """Print how every action ended, with the number of trials of each robot and campaign."""
-    with _reading(store) as opened:
+    with _reading(world, store) as opened:
         tallies = opened.tallies()
         if as_json:
-            print(json.dumps(document(opened.place, tallies), indent=2))
+            print(json.dumps(document(world, opened.place, tallies), indent=2, allow_nan=False))
         else:
-            Console().print(table(opened.place, tallies))
+            Console().print(table(world, opened.place, tallies))
 
 
 def export_command(
@@ -51,9 +54,10 @@ def export_command(
     robot: Annotated[str | None, typer.Option(help='Only trials of this robot.')] = None,
     campaign: Annotated[str | None, typer.Option(help='Only trials of this campaign.')] = None,
     store: Store = None,
+    world: WorldOption = WORLD_DEFAULT,
 ) -> None:
     """Write the trials as a text file, or the transition model counted from them."""
-    with _reading(store) as opened:
+    with _reading(world, store) as opened:
         try:
             if model:
                 robots, campaigns = [robot] if robot else [], [campaign] if campaign else []
@@ -72,11 +76,12 @@ def import_command(
         list[str], typer.Argument(help='Trial files, SQLite files or database URLs.')
     ],
     store: Store = None,
+    world: WorldOption = WORLD_DEFAULT,
 ) -> None:
     """Add trials from other stores or files; trials that are recorded already are skipped."""
     code = DONE
     try:
-        with closing(open_store(store)) as opened:
+        with closing(open_store(world, store)) as opened:
             for source in sources:
                 result = _import(opened, source)
                 print(f'{source}: {result.new} trials new, {result.known} known.')
@@ -93,16 +98,16 @@ def import_command(
 def _import(store: ExperienceStore, source: str) -> Recorded:
     path = Path(source)
     if '://' not in source and not is_sqlite(path):
-        return store.record(trial_file.load(path))
-    with closing(ExperienceStore(source, create=False)) as other:
+        return store.record(trial_file.load(path, store.world))
+    with closing(ExperienceStore(source, store.world, create=False)) as other:
         return store.record(list(other.trials()))
 
 
 @contextmanager
-def _reading(place: str | None) -> Iterator[ExperienceStore]:
+def _reading(world: World, place: str | None) -> Iterator[ExperienceStore]:
     """An existing store; an error ends the command with one sentence."""
     try:
-        with closing(ExperienceStore(place or default_place(), create=False)) as store:
+        with closing(ExperienceStore(place or default_place(world), world, create=False)) as store:
             yield store
     except StoreError as error:
         raise typer.Exit(failed(str(error))) from None

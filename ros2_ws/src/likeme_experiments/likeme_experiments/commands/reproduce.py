@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from likeme_core.cli import WORLD_DEFAULT, WorldOption
 from likeme_experiments.reproductions.registry import REPRODUCTIONS
 from likeme_experiments.reproductions.report import (
     ReproductionOptions,
@@ -44,6 +45,7 @@ def reproduce(
         str | None, typer.Option(help='shipped, learned, a model file, or an experience store.')
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help='Worker processes.')] = None,
+    world: WorldOption = WORLD_DEFAULT,
     listing: Annotated[bool, typer.Option('--list', help='List the names and stop.')] = False,
 ) -> None:
     """Compute a table or figure of the paper and print it beside the paper's values."""
@@ -53,7 +55,7 @@ def reproduce(
         return
     quick = [known for known, reproduction in REPRODUCTIONS.items() if reproduction.in_all]
     names = quick if name == 'all' else [name]
-    options = ReproductionOptions(seeds, model, workers)
+    options = ReproductionOptions(world, seeds, model, workers)
     _check(name, options)
     if out is not None:
         _make_folder(out)

@@ -1,11 +1,11 @@
-"""The interesting demonstrations: the state changes, and the object was not OFFTABLE before."""
+"""The interesting demonstrations: the state changes, and the robot reaches where it was before."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from likeme_core.tabletop import State
-from likeme_inference.tabletop.domain import OUT_OF_REACH
+from likeme_core.world import World
 from likeme_inference.tabletop.robot_model import RobotModel
 
 
@@ -17,12 +17,17 @@ class StateChange(NamedTuple):
     x_f: State
 
 
-#: LEFT to RIGHT, LEFT to OFFTABLE, RIGHT to LEFT, RIGHT to OFFTABLE: the columns of Fig 8.
-CHANGES = tuple(
-    (x_i, x_f) for x_i in State if x_i not in OUT_OF_REACH for x_f in State if x_f != x_i
-)
+def changes_of(world: World) -> tuple[tuple[State, State], ...]:
+    """All changes from states within reach: in the paper's world the four columns of Fig 8."""
+    return tuple(
+        (x_i, x_f)
+        for x_i in world.states
+        if x_i not in world.out_of_reach
+        for x_f in world.states
+        if x_f != x_i
+    )
 
 
-def interesting(model: RobotModel) -> list[StateChange]:
+def interesting(model: RobotModel, world: World) -> list[StateChange]:
     """All of them, object by object."""
-    return [StateChange(name, *change) for name in model.objects for change in CHANGES]
+    return [StateChange(name, *change) for name in model.objects for change in changes_of(world)]

@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from likeme_core.tabletop import Action, Mode, State
+from likeme_core.world import World
 from likeme_experiments.evaluation.episode import ImitationEpisode, ImitationResult
 from likeme_experiments.evaluation.forecast import Approach, DemonstrationCase, Forecast
 from likeme_experiments.evaluation.intervals import (
@@ -129,6 +130,7 @@ def reliability(
     episodes: Iterable[ImitationEpisode],
     estimate: str,
     predicted: Callable[[str, int, int, int], float],
+    world: World,
 ) -> list[Reliability]:
     """First actions by object, change and action; one that several modes chose counts once.
 
@@ -143,7 +145,7 @@ def reliability(
             counts[name, x_i, x_f, action][0] += state == x_f
             counts[name, x_i, x_f, action][1] += 1
     return [
-        Reliability(name, x_i, x_f, Action(a), predicted(name, x_i, a, x_f), done, tries)
+        Reliability(name, x_i, x_f, world.actions[a], predicted(name, x_i, a, x_f), done, tries)
         for (name, x_i, x_f, a), (done, tries) in sorted(counts.items())
     ]
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_core.tabletop import Manner
+from likeme_core.world import World
 from likeme_experiments.evaluation.episode import ImitationEpisode
 from likeme_experiments.evaluation.executed import (
     ApproachScore,
@@ -59,14 +60,14 @@ class ExecutedSummary(NamedTuple):
 
 
 def executed_summary(
-    model: RobotModel, made: list[ImitationEpisode], estimate: str, by: Estimate
+    world: World, model: RobotModel, made: list[ImitationEpisode], estimate: str, by: Estimate
 ) -> ExecutedSummary:
     """Score the episodes of one estimate.
 
     estimate: its name in the episodes. by: the estimate.
     """
     rng = np.random.default_rng(WORLDS_SEED)
-    expected = forecasts(model, list(grouped(made, lambda e: e.case)), rng, by)
+    expected = forecasts(world, model, list(grouped(made, lambda e: e.case)), rng, by)
 
     def predicted(name: str, x_i: int, action: int, x_f: int) -> float:
         return float(by.known(model, name).transition[x_i, action, x_f])
@@ -81,7 +82,7 @@ def executed_summary(
         },
         scores(tuple(made)),
         interval_checks(made, estimate, expected),
-        reliability(made, estimate, predicted),
+        reliability(made, estimate, predicted, world),
         later_actions(made, estimate, predicted),
         _gains(lambda more, less: difference(made, estimate, more, less)),
     )

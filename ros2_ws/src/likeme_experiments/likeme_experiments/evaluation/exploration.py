@@ -12,6 +12,7 @@ from likeme_inference.tabletop.active_exploration import help_rate, information_
 from likeme_inference.tabletop.arrays import FloatArray, IntArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.shared_prior import START, fit_weights, shared_prior
 from likeme_inference.tabletop.transition_model import maximum_likelihood
@@ -50,13 +51,14 @@ def exploration(
     seeds: int,
     checkpoints: Sequence[int] = CHECKPOINTS,
     seed: int = 0,
+    domain: Domain = TABLETOP,
 ) -> list[HelpRateCurve]:
     """Learn in the world and act on the learned model, `seeds` times; one curve for each estimate.
 
-    world: shape [object, x_i, a, x_f]; trials are drawn from it.
+    world: shape [object, x_i, a, x_f]; trials are drawn from it. domain: its states and actions.
     """
     rng = np.random.default_rng([seed, list(ExplorationStrategy).index(policy)])
-    counts = np.zeros((seeds, *world.shape))
+    counts, aims = np.zeros((seeds, *world.shape)), state_aims(domain)
     gain = np.zeros(counts.shape[:-1])
     weights, reached = START, []
     every, touched = np.arange(seeds), None
@@ -64,17 +66,17 @@ def exploration(
         if policy is ExplorationStrategy.INFORMATION_GAIN:
             redraw_all = trial % (2 * REFIT) == 0
             if trial % REFIT == 0:
-                weights = fit_weights(counts, weights)
-            alpha = counts + shared_prior(counts, weights)
+                weights = fit_weights(counts, aims, weights)
+            alpha = counts + shared_prior(counts, weights, aims)
             if redraw_all or touched is None:
-                gain = information_gain(alpha, rng)
+                gain = information_gain(alpha, rng, domain=domain)
             else:
-                gain[every, touched] = information_gain(alpha[every, touched], rng)
-        o, x_i, a = _chosen(policy, trial, gain, rng)
+                gain[every, touched] = information_gain(alpha[every, touched], rng, domain=domain)
+        o, x_i, a = _chosen(policy, trial, gain, rng, domain)
         touched = o
         counts[every, o, x_i, a, _ended(world[o, x_i, a], rng)] += 1
         if trial + 1 in checkpoints:
-            reached.append(_rates(counts, world))
+            reached.append(_rates(counts, world, domain))
     rates = np.array(reached)  # [checkpoint, estimate, seed]
     error = rates.std(axis=-1) / np.sqrt(seeds)
     return [
@@ -83,20 +85,32 @@ def exploration(
     ]
 
 
-def _rates(counts: FloatArray, world: FloatArray) -> list[FloatArray]:
-    shared = shared_prior(counts, fit_weights(counts, rounds=3))
+def _rates(counts: FloatArray, world: FloatArray, domain: Domain) -> list[FloatArray]:
+    aims = state_aims(domain)
+    shared = shared_prior(counts, fit_weights(counts, aims, rounds=3), aims)
     return [
-        help_rate(maximum_likelihood(counts + prior), world)
+        help_rate(maximum_likelihood(counts + prior), world, domain=domain)
         for prior in (0.0, CONCENTRATION, shared)
     ]
 
 
+def state_aims(domain: Domain) -> tuple[int, ...]:
+    """The state that each action is aimed at."""
+    aims = domain.state_aims
+    assert aims is not None, 'Actions of a world are aimed at states.'
+    return aims
+
+
 def _chosen(
-    policy: ExplorationStrategy, trial: int, gain: FloatArray, rng: np.random.Generator
+    policy: ExplorationStrategy,
+    trial: int,
+    gain: FloatArray,
+    rng: np.random.Generator,
+    domain: Domain,
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Object, x_i and action for each seed; x_i is within reach."""
     seeds, objects, _, actions = gain.shape
-    open_ = np.flatnonzero(~TABLETOP.stuck)
+    open_ = np.flatnonzero(~domain.stuck)
     pairs = objects * len(open_) * actions
     if policy is ExplorationStrategy.UNIFORM:
         flat = rng.integers(pairs, size=seeds)

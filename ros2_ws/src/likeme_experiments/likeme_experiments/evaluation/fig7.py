@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 from likeme_inference.tabletop.dirichlet import credible_interval
-from likeme_inference.tabletop.domain import OUT_OF_REACH
 from likeme_inference.tabletop.robot_model import RobotModel
 
 
@@ -28,13 +28,13 @@ class TransitionBars(NamedTuple):
     trials: int
 
 
-def fig7(model: RobotModel) -> list[TransitionBars]:
+def fig7(model: RobotModel, world: World) -> list[TransitionBars]:
     """Collect the bars the paper shows: "We do not show actions that cause self-transitions"."""
     shown = []
     for name, learned in model.objects.items():
         bounds = credible_interval(learned)
-        for x_i in (state for state in State if state not in OUT_OF_REACH):
-            for a in (action for action in Action if action.target != x_i):
+        for x_i in (state for state in world.states if state not in world.out_of_reach):
+            for a in (action for action in world.actions if action.target != x_i):
                 shown.append(
                     TransitionBars(
                         name,

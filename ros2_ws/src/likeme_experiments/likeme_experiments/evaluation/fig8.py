@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from likeme_core.tabletop import Action, Mode, State
+from likeme_core.world import World
 from likeme_experiments.evaluation.demonstrations import interesting
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.goal_inference import map_goal
@@ -36,15 +37,17 @@ class Fig8Column(NamedTuple):
     asks: bool
 
 
-def fig8(model: RobotModel, threshold: float = 0.5) -> list[Fig8Column]:
+def fig8(model: RobotModel, world: World, threshold: float = 0.5) -> list[Fig8Column]:
     """Compute all three parts for every interesting demonstration."""
-    return [_case(model, threshold, *shown) for shown in interesting(model)]
+    return [_case(model, world, threshold, *shown) for shown in interesting(model, world)]
 
 
-def _case(model: RobotModel, threshold: float, name: str, x_i: State, x_f: State) -> Fig8Column:
+def _case(
+    model: RobotModel, world: World, threshold: float, name: str, x_i: State, x_f: State
+) -> Fig8Column:
     known = model.goal_model(name)
     posterior = known.goal_posterior(x_i, x_f)
-    goal = State(map_goal(posterior, x_f))
+    goal = world.states[map_goal(posterior, x_f)]
     made = choose(known, x_i, goal, None, Mode.INTERACTIVE, threshold)
     return Fig8Column(
         object=name,
@@ -53,7 +56,7 @@ def _case(model: RobotModel, threshold: float, name: str, x_i: State, x_f: State
         goal_posterior=tuple(posterior.tolist()),
         goal=goal,
         action_posterior=made.action_probability,
-        action=None if made.action is None else Action(made.action),
+        action=None if made.action is None else world.actions[made.action],
         predicted=made.predicted,
         predicted_success=made.predicted_success,
         asks=made.kind is Kind.ASK_HUMAN,

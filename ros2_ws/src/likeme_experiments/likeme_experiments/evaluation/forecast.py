@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_core.tabletop import Manner, Mode, State
+from likeme_core.world import World
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION, sample_transitions
@@ -111,6 +112,7 @@ class Forecast(NamedTuple):
 
 
 def forecasts(
+    world: World,
     model: RobotModel,
     cases: list[DemonstrationCase],
     rng: np.random.Generator,
@@ -120,6 +122,7 @@ def forecasts(
     """Every case by every approach.
 
     Args:
+        world: of states and actions.
         model: of the robot.
         cases: of objects in the model.
         rng: draws the worlds.
@@ -129,8 +132,7 @@ def forecasts(
     drawn = {name: estimate.worlds(model, name, rng, worlds) for name in model.objects}
     return {
         (case, approach): forecast(
-            estimate.known(model, case.object),
-            case, approach, drawn[case.object],
+            world, estimate.known(model, case.object), case, approach, drawn[case.object]
         )
         for case in cases
         for approach in Approach
@@ -138,7 +140,11 @@ def forecasts(
 
 
 def forecast(
-    known: GoalModel, case: DemonstrationCase, approach: Approach, worlds: FloatArray
+    world: World,
+    known: GoalModel,
+    case: DemonstrationCase,
+    approach: Approach,
+    worlds: FloatArray,
 ) -> Forecast:
     """One case by one approach.
 
@@ -148,7 +154,7 @@ def forecast(
     goal = map_goal(known.goal_posterior(x_i, x_f), x_f)
     if approach.mode is Mode.SEQUENTIAL:
         return _several(known, x_i, x_f, goal, approach, worlds)
-    demonstrated = Action.of(manner, x_f)
+    demonstrated = world.action_of(manner, x_f)
     made = choose(known, x_i, goal, demonstrated, approach.mode, THRESHOLD)
     if made.kind is Kind.EXECUTE:
         assert made.action is not None, 'A decision to execute has an action.'

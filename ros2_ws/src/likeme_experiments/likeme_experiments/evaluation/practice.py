@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_experiments.evaluation.demonstrations import CHANGES
+from likeme_core.world import World
+from likeme_experiments.evaluation.demonstrations import changes_of
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.goal_exploration import explore, explored_policy
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -31,19 +32,23 @@ class Convergence(NamedTuple):
 
 
 def practice(
-    model: RobotModel, rounds: int = 1000, seeds: int = 20, steps: tuple[float, ...] = STEPS
+    model: RobotModel,
+    world: World,
+    rounds: int = 1000,
+    seeds: int = 20,
+    steps: tuple[float, ...] = STEPS,
 ) -> Convergence:
     """Practise every goal from every state; one action of each pair a round."""
     distance, of_mean = [], []
-    x_i, g = (list(axis) for axis in zip(*CHANGES, strict=True))
+    x_i, g = (list(axis) for axis in zip(*changes_of(world), strict=True))
     for step in steps:
         gaps, mean_gaps = [], []
         for learned in model.objects.values():
-            world = learned.transition
-            limit = explored_policy(world)[x_i, g]
+            own = learned.transition
+            limit = explored_policy(own)[x_i, g]
             runs = np.array(
                 [
-                    explore(world, world, step, rounds, np.random.default_rng(seed))[:, x_i, g]
+                    explore(own, own, step, rounds, np.random.default_rng(seed))[:, x_i, g]
                     for seed in range(seeds)
                 ]
             )

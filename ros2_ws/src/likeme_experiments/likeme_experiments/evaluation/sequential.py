@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from likeme_core.tabletop import State
-from likeme_experiments.evaluation.demonstrations import CHANGES
+from likeme_core.world import World
+from likeme_experiments.evaluation.demonstrations import changes_of
 from likeme_inference.tabletop.action_selection import asks
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.planning import Plan, spread
@@ -19,7 +21,7 @@ HUMAN_SUCCESS = 1.0
 
 
 class SequentialRow(NamedTuple):
-    """One object with one number of actions, averaged over the four changes.
+    """One object with one number of actions, averaged over the changes.
 
     Attributes:
         success: probability of reaching the goal by the best plan without help.
@@ -38,16 +40,26 @@ class SequentialRow(NamedTuple):
 
 
 def sequential(
-    model: RobotModel, budgets: tuple[int, ...] = BUDGETS, threshold: float = 0.5
+    model: RobotModel, world: World, budgets: tuple[int, ...] = BUDGETS, threshold: float = 0.5
 ) -> list[SequentialRow]:
     """Compute every row, without sampling."""
-    return [_row(model, name, n, threshold) for n in budgets for name in model.objects]
+    return [
+        _row(model, changes_of(world), name, n, threshold)
+        for n in budgets
+        for name in model.objects
+    ]
 
 
-def _row(model: RobotModel, name: str, actions: int, threshold: float) -> SequentialRow:
+def _row(
+    model: RobotModel,
+    changes: Sequence[tuple[State, State]],
+    name: str,
+    actions: int,
+    threshold: float,
+) -> SequentialRow:
     known = model.goal_model(name)
     success, asked = [], []
-    for x_i, g in CHANGES:
+    for x_i, g in changes:
         best = known.plan(g, actions)
         reached = float(spread(known.transition, best, x_i, actions)[actions] @ known.goals[g])
         success.append(reached)

@@ -1,4 +1,4 @@
-"""Table 1: hypothetical success of three approaches, averaged over four changes."""
+"""Table 1: hypothetical success of three approaches, averaged over the changes of state."""
 
 from __future__ import annotations
 
@@ -6,14 +6,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_core.tabletop import Action, Manner, Mode, State
-from likeme_experiments.evaluation.demonstrations import CHANGES
+from likeme_core.tabletop import Manner, Mode, State
+from likeme_core.world import World
+from likeme_experiments.evaluation.demonstrations import changes_of
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
 
 MODES = (Mode.TRAJECTORY, Mode.GOAL_BASED, Mode.INTERACTIVE)
+#: Headings of the rows.
+MANNER_NAMES = {
+    Manner.PLACE: 'Pick & Place Demonstration',
+    Manner.PUSH: 'Push Demonstration',
+    Manner.DROP: 'Drop Demonstration',
+}
 #: As printed in the paper: (manner of the demonstration, object) -> success by mode.
 PAPER: dict[tuple[Manner, str], tuple[float, float, float]] = {
     (Manner.PLACE, 'pear'): (0.2250, 0.6750, 0.8250),
@@ -32,15 +39,17 @@ class Table1(NamedTuple):
     """The table.
 
     Attributes:
+        manners: of the demonstrations, along the first axis.
         objects: names along the second axis.
         success: shape [manner, object, mode], modes as in MODES.
     """
 
+    manners: tuple[Manner, ...]
     objects: tuple[str, ...]
     success: FloatArray
 
 
-def table1(model: RobotModel, threshold: float = 0.5) -> Table1:
+def table1(model: RobotModel, world: World, threshold: float = 0.5) -> Table1:
     """Compute the table by the transition probabilities, as the paper does.
 
     A human who is asked always succeeds. The goal is taken as inferred.
@@ -48,21 +57,30 @@ def table1(model: RobotModel, threshold: float = 0.5) -> Table1:
     objects = tuple(model.objects)
     success = np.array(
         [
-            [[_mean_success(model, o, m, mode, threshold) for mode in MODES] for o in objects]
-            for m in Manner
+            [
+                [_mean_success(model, world, o, m, mode, threshold) for mode in MODES]
+                for o in objects
+            ]
+            for m in world.manners
         ]
     )
-    return Table1(objects, success)
+    return Table1(world.manners, objects, success)
 
 
 def _mean_success(
-    model: RobotModel, name: str, manner: Manner, mode: Mode, threshold: float
+    model: RobotModel, world: World, name: str, manner: Manner, mode: Mode, threshold: float
 ) -> float:
-    return float(np.mean([_success(model, name, *c, manner, mode, threshold) for c in CHANGES]))
+    shown = [
+        _success(model, world, name, *change, manner, mode, threshold)
+        for change in changes_of(world)
+        if world.action_of(manner, change[1]) is not None
+    ]
+    return float(np.mean(shown))
 
 
 def _success(
     model: RobotModel,
+    world: World,
     name: str,
     x_i: State,
     x_f: State,
@@ -72,7 +90,7 @@ def _success(
 ) -> float:
     known = model.goal_model(name)
     goal = map_goal(known.goal_posterior(x_i, x_f), x_f)
-    made = choose(known, x_i, goal, Action.of(manner, x_f), mode, threshold)
+    made = choose(known, x_i, goal, world.action_of(manner, x_f), mode, threshold)
     if made.kind is Kind.ASK_HUMAN:
         return float(goal == x_f)
     return made.predicted[x_f] if made.predicted else 0.0

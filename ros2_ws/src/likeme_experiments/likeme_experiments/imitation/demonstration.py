@@ -8,16 +8,16 @@ from contextlib import contextmanager
 from functools import lru_cache
 
 from likeme_arm_sim.cell import Cell, CellSettings
-from likeme_arm_sim.scene import OBJECTS, Scene
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
 from likeme_core.tabletop import Action
+from likeme_core.world import World
 from likeme_experiments.evaluation.forecast import DemonstrationCase
 from likeme_experiments.learning.cell_perception import CellPerception
 from likeme_experiments.learning.trial_cell import BODY_SEED
 from likeme_perception.background import Background
-from likeme_perception.catalogue import load_catalogue
-from likeme_perception.config import PerceptionConfig
+from likeme_perception.catalogue import world_catalogue
+from likeme_perception.config import world_config
 
 #: Physics steps between frames during a human action: 12 Hz, as in the shipped recordings.
 STEPS_PER_FRAME = 20
@@ -26,7 +26,7 @@ LEAD_IN, LEAD_OUT = 0.5, 1.5
 
 
 @contextmanager
-def temporary_cell(name: str) -> Iterator[Cell]:
+def temporary_cell(world: World, name: str) -> Iterator[Cell]:
     """A new cell with one object, like the one in which the robot learned; closed at the end.
 
     A human grasp changes the order in which bullet solves its constraints for good, so that later
@@ -34,33 +34,35 @@ def temporary_cell(name: str) -> Iterator[Cell]:
     """
     # A cell holds tens of MB in reference cycles: free the last one before making another.
     gc.collect()
-    cell = Cell(Scene(objects=(name,)), BODY_SEED, CellSettings(initial_states={}))
+    cell = Cell(world.only(name), BODY_SEED, CellSettings(initial_states={}))
     try:
         yield cell
     finally:
-        cell.world.client.disconnect()
+        cell.physics_world.client.disconnect()
 
 
-@lru_cache(maxsize=len(OBJECTS))
-def background_of(name: str) -> Background:
+@lru_cache(maxsize=16)
+def background_of(world: World, name: str) -> Background:
     """The background of the scene at rest, learned once for each object in a process."""
-    with temporary_cell(name) as cell:
+    with temporary_cell(world, name) as cell:
         cell.restart(BODY_SEED)
-        return new_perception(cell, None).learn_background()
+        return new_perception(world, cell, None).learn_background()
 
 
-def new_perception(cell: Cell, background: Background | None) -> CellPerception:
-    """Perception of a cell without tracks."""
-    return CellPerception(cell, PerceptionConfig(), load_catalogue(), background)
+def new_perception(world: World, cell: Cell, background: Background | None) -> CellPerception:
+    """Perception of a cell without tracks, which knows all objects of the world."""
+    return CellPerception(cell, world_config(world), world_catalogue(world), background)
 
 
-def demonstrate(case: DemonstrationCase, seed: int) -> tuple[Demonstration, ...]:
+def demonstrate(world: World, case: DemonstrationCase, seed: int) -> tuple[Demonstration, ...]:
     """Demonstrate a case in a new cell; the demonstrations perception reports, in order."""
-    with temporary_cell(case.object) as cell:
+    action = world.action_of(case.manner, case.x_f)
+    assert action is not None, "Cases are of the world's actions."
+    with temporary_cell(world, case.object) as cell:
         cell.restart(seed)
         cell.reset([case.object], [case.x_i], seed)
-        perception = new_perception(cell, background_of(case.object))
-        return human_action(cell, perception, case.object, Action.of(case.manner, case.x_f))
+        perception = new_perception(world, cell, background_of(world, case.object))
+        return human_action(cell, perception, case.object, action)
 
 
 def human_action(
@@ -70,7 +72,7 @@ def human_action(
     found: list[Demonstration] = []
 
     def tick() -> None:
-        if cell.world.steps % STEPS_PER_FRAME == 0:
+        if cell.physics_world.steps % STEPS_PER_FRAME == 0:
             found.extend(perception.process_frame().demonstrations)
 
     cell.step(LEAD_IN, tick)

@@ -12,7 +12,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from likeme_core.tabletop import Manner, Mode, State
+from likeme_core.tabletop import Manner, Mode
+from likeme_core.world import World
 from likeme_experiments import json_lines
 from likeme_experiments.evaluation.episode import (
     ImitationEpisode,
@@ -21,6 +22,7 @@ from likeme_experiments.evaluation.episode import (
 )
 from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, DemonstrationCase
 from likeme_experiments.imitation.episodes import EpisodeTask
+from likeme_experiments.learning.robot_identity import simulated_robot
 
 #: Packages, and folders of packages, whose files decide how an episode ends.
 SOURCES = (
@@ -41,15 +43,15 @@ LIBRARIES = 'pybullet', 'numpy', 'opencv-python-headless'
 class EpisodeLog:
     """The episodes of one model, in a file to which whole lines are appended."""
 
-    def __init__(self, folder: Path, model_text: str) -> None:
+    def __init__(self, folder: Path, model_text: str, world: World) -> None:
         """Open the model's log in `folder`, or create it.
 
         Raises:
             OSError: it cannot be read or made.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        self.path = folder / f'{fingerprint(model_text)}.jsonl'
-        self.episodes = dict(_read(self.path))
+        self.path = folder / f'{fingerprint(model_text, world)}.jsonl'
+        self.episodes = dict(_read(self.path, world))
 
     def add(self, episode: ImitationEpisode) -> None:
         """Append one.
@@ -61,10 +63,11 @@ class EpisodeLog:
         json_lines.append(self.path, document_of(episode))
 
 
-def fingerprint(model_text: str) -> str:
+def fingerprint(model_text: str, world: World) -> str:
     """A digest of the model and of all code and data that make episodes, 16 hex digits."""
     libraries = ' '.join(version(name) for name in LIBRARIES)
-    digest = sha256(f'{BUDGET} {THRESHOLD} {libraries} {model_text}'.encode())
+    robot = simulated_robot(world)
+    digest = sha256(f'{BUDGET} {THRESHOLD} {libraries} {robot} {model_text}'.encode())
     for source in SOURCES:
         package, _, folder = source.partition('.')
         digest.update(folder_digest(Path(str(files(package))) / folder))
@@ -101,7 +104,7 @@ def document_of(episode: ImitationEpisode) -> dict[str, Any]:
     }
 
 
-def episode_of(document: dict[str, Any]) -> ImitationEpisode:
+def episode_of(document: dict[str, Any], world: World) -> ImitationEpisode:
     """The episode of a document.
 
     Raises:
@@ -116,14 +119,14 @@ def episode_of(document: dict[str, Any]) -> ImitationEpisode:
         for estimate, modes in document['endings'].items()
     }
     perceived = tuple(PerceivedDemonstration(*each) for each in document['acts'])
-    case = DemonstrationCase(name, State(x_i), State(x_f), Manner(manner))
+    case = DemonstrationCase(name, world.state(x_i), world.state(x_f), Manner(manner))
     return ImitationEpisode(case, document['seed'], perceived, results)
 
 
-def _read(path: Path) -> Iterable[tuple[EpisodeTask, ImitationEpisode]]:
+def _read(path: Path, world: World) -> Iterable[tuple[EpisodeTask, ImitationEpisode]]:
     for document in json_lines.documents(path):
         try:
-            episode = episode_of(document)
+            episode = episode_of(document, world)
         except (ValueError, KeyError, TypeError):
             # Of another format: the episode is made again.
             continue

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import cv2
 
 from likeme_arm_sim.cell import Cell
-from likeme_core.tabletop import Manner, Mode
-from likeme_experiments.evaluation.demonstrations import CHANGES
+from likeme_core.tabletop import Mode
+from likeme_core.world import World, load_world
+from likeme_experiments.evaluation.demonstrations import changes_of
 from likeme_experiments.evaluation.episode import (
     ImitationEpisode,
     ImitationResult,
@@ -50,42 +51,47 @@ class EpisodeFailedError(Exception):
     """An episode cannot be made, for a reason other than the robot's skill."""
 
 
-def tasks(objects: tuple[str, ...], seeds: int) -> list[EpisodeTask]:
+def tasks(world: World, objects: tuple[str, ...], seeds: int) -> list[EpisodeTask]:
     """Every interesting demonstration of every object; all of one seed before the next."""
     cases = [
-        DemonstrationCase(o, *change, m) for m in Manner for o in objects for change in CHANGES
+        DemonstrationCase(o, *change, m)
+        for m in world.manners
+        for o in objects
+        for change in changes_of(world)
+        if world.action_of(m, change[1]) is not None
     ]
     return [EpisodeTask(case, seed) for seed in range(seeds) for case in cases]
 
 
-def make_episode(task: EpisodeTask, model_text: str) -> ImitationEpisode:
+def make_episode(task: EpisodeTask, model_text: str, source: str) -> ImitationEpisode:
     """Make one episode: a human demonstrates, the robot imitates in every mode.
 
-    model_text: the robot's model, as a model file.
+    model_text: the robot's model, as a model file. source: of the world, see World.source.
 
     Raises:
         EpisodeFailedError: the camera does not see the object in its start state.
     """
     # One episode uses one core; OpenCV's threads would compete with the other episodes.
     cv2.setNumThreads(1)
-    model = _model(model_text)
-    found = demonstrate(task.case, task.seed_for('shown'))
+    model, world = _model(model_text), load_world(source)
+    found = demonstrate(world, task.case, task.seed_for('shown'))
     results: dict[str, dict[Mode, ImitationResult]] = {name: {} for name in ESTIMATES}
     if found:
-        with temporary_cell(task.case.object) as cell:
-            start = _start(task, cell)
+        with temporary_cell(world, task.case.object) as cell:
+            start = _start(world, task, cell)
             for name, estimate in ESTIMATES.items():
                 for mode in Mode:
-                    results[name][mode] = imitate(start, model, settings_of(mode, estimate), found)
+                    settings = settings_of(world, mode, estimate)
+                    results[name][mode] = imitate(start, model, settings, found)
     seen = tuple(PerceivedDemonstration(int(d.x_i), int(d.x_f), int(d.manner)) for d in found)
     return ImitationEpisode(task.case, task.seed, seen, results)
 
 
-def _start(task: EpisodeTask, cell: Cell) -> ImitationCell:
+def _start(world: World, task: EpisodeTask, cell: Cell) -> ImitationCell:
     """The object in the start state, by the first seed for which the camera sees it there."""
     name, x_i, *_ = task.case
     for attempt in range(ATTEMPTS):
-        start = ImitationCell(cell, name, x_i, task.seed_for('put back', attempt))
+        start = ImitationCell(world, cell, name, x_i, task.seed_for('put back', attempt))
         if start.start.states.get(name) == x_i:
             return start
     raise EpisodeFailedError(

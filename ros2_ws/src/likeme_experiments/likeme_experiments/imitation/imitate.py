@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from likeme_core.observations import Demonstration
 from likeme_core.tabletop import Action, Mode
+from likeme_core.world import World
 from likeme_experiments.evaluation.episode import ImitationResult
 from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, Estimate
 from likeme_experiments.imitation.imitation_cell import ImitationCell
@@ -17,11 +18,11 @@ from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.values import Decision, Outcome, Remark, Reply
 
 
-def settings_of(mode: Mode, estimate: Estimate) -> ImitationSettings:
+def settings_of(world: World, mode: Mode, estimate: Estimate) -> ImitationSettings:
     """Sequential mode asks when no action is left, the others by the paper's threshold."""
     threshold = 0.0 if mode is Mode.SEQUENTIAL else THRESHOLD
     return ImitationSettings(
-        mode, threshold, BUDGET, concentration=estimate.concentration,
+        world, mode, threshold, BUDGET, concentration=estimate.concentration,
         shared_prior=estimate.shared, turn_delay=0.0,
     )  # fmt: skip
 

@@ -11,7 +11,8 @@ from typing import NamedTuple
 from likeme_arm_sim.cell import Cell
 from likeme_core.observations import TableSnapshot
 from likeme_core.outcomes import Actor, MotionOutcome
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 from likeme_experiments.imitation.demonstration import (
     background_of,
     human_action,
@@ -39,9 +40,10 @@ class ImitationCell:
         executed: how many actions were executed.
     """
 
-    def __init__(self, cell: Cell, name: str, x_i: State, seed: int) -> None:
+    def __init__(self, world: World, cell: Cell, name: str, x_i: State, seed: int) -> None:
         """cell: of this object, without human actions; nothing else may use it meanwhile."""
-        self._cell, self._name, self._x_i, self._seed = cell, name, x_i, seed
+        self._world, self._cell, self._name = world, cell, name
+        self._x_i, self._seed = x_i, seed
         self._done: Actions = ()
         self._results: dict[Actions, ActionResult] = {}
         self._helped: dict[tuple[Actions, State], TableSnapshot] = {}
@@ -60,12 +62,12 @@ class ImitationCell:
     def help(self, before: Actions, goal: State) -> TableSnapshot:
         """The table after the actions `before` and a human who places the object at the goal."""
         if (before, goal) not in self._helped:
-            with temporary_cell(self._name) as cell:
+            with temporary_cell(self._world, self._name) as cell:
                 perception = self._reset(cell)
                 perception.wait_until_settled()
                 for action in before:
                     self._execute(cell, perception, action)
-                human_action(cell, perception, self._name, Action.of(Manner.PLACE, goal))
+                human_action(cell, perception, self._name, self._world.action_to(goal))
                 self._helped[before, goal] = perception.wait_until_settled().snapshot
         return self._helped[before, goal]
 
@@ -84,7 +86,7 @@ class ImitationCell:
     def _reset(self, cell: Cell) -> CellPerception:
         cell.restart(self._seed)
         cell.reset([self._name], [self._x_i], self._seed)
-        return new_perception(cell, background_of(self._name))
+        return new_perception(self._world, cell, background_of(self._world, self._name))
 
     def _execute(self, cell: Cell, perception: CellPerception, action: Action) -> ActionResult:
         self.executed += 1

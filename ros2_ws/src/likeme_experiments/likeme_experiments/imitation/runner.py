@@ -9,6 +9,7 @@ from itertools import islice
 
 from rich.console import Console
 
+from likeme_core.world import World
 from likeme_experiments.evaluation.episode import ImitationEpisode
 from likeme_experiments.imitation.episode_log import EpisodeLog
 from likeme_experiments.imitation.episodes import EpisodeTask, make_episode
@@ -20,6 +21,7 @@ LINE_PERIOD = 20.0
 
 
 def episodes(
+    world: World,
     wanted: Sequence[EpisodeTask],
     model_text: str,
     log: EpisodeLog,
@@ -39,7 +41,9 @@ def episodes(
             done = len(wanted) - len(missing)
             bar = ProgressBar(console, 'episodes', len(wanted), done, LINE_PERIOD)
             with local_pool(workers) as pool, bar.shown():
-                for number, made in enumerate(_made(pool, missing, model_text), done + 1):
+                for number, made in enumerate(
+                    _made(pool, missing, model_text, world.source), done + 1
+                ):
                     log.add(made)
                     bar.advance(f'{number} of {len(wanted)} episodes')
         except BrokenProcessPool:
@@ -53,7 +57,7 @@ def episodes(
 
 
 def _made(
-    pool: WorkerPool, missing: Sequence[EpisodeTask], model_text: str
+    pool: WorkerPool, missing: Sequence[EpisodeTask], model_text: str, source: str
 ) -> Iterator[ImitationEpisode]:
     """Episodes in the order they are finished.
 
@@ -62,7 +66,7 @@ def _made(
     tasks, running = iter(missing), set[Future[ImitationEpisode]]()
     while True:
         for task in islice(tasks, pool.size - len(running)):
-            running.add(pool.executor.submit(make_episode, task, model_text))
+            running.add(pool.executor.submit(make_episode, task, model_text, source))
         if not running:
             return
         done, running = wait(running, return_when=FIRST_COMPLETED)

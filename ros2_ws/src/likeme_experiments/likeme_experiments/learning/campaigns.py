@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import StrEnum
 
-from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 from likeme_inference.experience.campaign import Campaign
 from likeme_inference.experience.exploration_policy import (
     ExplorationPolicy,
@@ -23,19 +23,21 @@ class PolicyName(StrEnum):
     INFORMATION_GAIN = 'information-gain'
 
 
-#: Name -> (number of objects, repetitions, trials or None) -> policy.
+#: Name -> (number of pairs, repetitions, trials or None) -> policy.
 POLICIES: dict[PolicyName, Callable[[int, int, int | None], ExplorationPolicy]] = {
-    PolicyName.SYSTEMATIC: lambda _objects, repetitions, _trials: Systematic(repetitions),
-    PolicyName.RANDOM: lambda objects, repetitions, trials: Random(
-        objects * len(State) * len(Action) * repetitions if trials is None else trials
+    PolicyName.SYSTEMATIC: lambda _pairs, repetitions, _trials: Systematic(repetitions),
+    PolicyName.RANDOM: lambda pairs, repetitions, trials: Random(
+        pairs * repetitions if trials is None else trials
     ),
-    PolicyName.INFORMATION_GAIN: lambda objects, _repetitions, trials: InformationGain(
-        objects * 45 if trials is None else trials
+    # 2.5 trials a pair: 45 for each object of the paper's world.
+    PolicyName.INFORMATION_GAIN: lambda pairs, _repetitions, trials: InformationGain(
+        round(2.5 * pairs) if trials is None else trials
     ),
 }
 
 
 def campaign_of(
+    world: World,
     kind: str,
     robot: str,
     seed: int,
@@ -49,5 +51,6 @@ def campaign_of(
     kind: 'offline', whose trials follow from the seed alone, or 'live'. The name holds kind and
     seed, not the policy: a trial is the same however it was chosen.
     """
-    chosen = POLICIES[policy](len(objects), repetitions, trials)
-    return Campaign(robot, f'{kind}-{seed}', seed, objects, chosen)
+    pairs = len(objects) * len(world.states) * len(world.actions)
+    chosen = POLICIES[policy](pairs, repetitions, trials)
+    return Campaign(world, robot, f'{kind}-{seed}', seed, objects, chosen)

@@ -8,8 +8,9 @@ perception code and the frames are the same.
 from __future__ import annotations
 
 from likeme_arm.motion import ObjectView
-from likeme_arm_sim import scene as sim
 from likeme_arm_sim.cell import Cell
+from likeme_core.camera_mount import CAMERA_FRAME
+from likeme_core.geometry import border_distance, distance
 from likeme_core.regions import Regions
 from likeme_core.tabletop import State
 from likeme_perception.background import Background
@@ -36,7 +37,7 @@ class CellPerception:
         self, cell: Cell, config: PerceptionConfig, known: Catalogue, background: Background | None
     ) -> None:
         """background: learned before; without it the first frames are used to learn it."""
-        camera = cell.scene.camera
+        camera = cell.world.camera
         lens = camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height
         self._cell, self._config = cell, config
         self._perception = TabletopPerception(config, Intrinsics(*lens), known)
@@ -63,7 +64,7 @@ class CellPerception:
 
     def expect_state(self, state: int) -> None:
         """Set the state a push waits for: no frame is needed before the object can be there."""
-        self._expected = State(state)
+        self._expected = self._cell.world.states[state]
 
     def look(self, name: str) -> ObjectView | None:
         """An object as the arm receives it, from a new frame if the last one is too old."""
@@ -77,9 +78,7 @@ class CellPerception:
         """Render a frame and process it."""
         images = self._cell.frame()
         stamp, depth = round(self._cell.time * 1e9), depth_in_metres(images.depth_mm)
-        self._table = self._perception.process(
-            RgbdFrame(stamp, sim.CAMERA_FRAME, images.rgb, depth)
-        )
+        self._table = self._perception.process(RgbdFrame(stamp, CAMERA_FRAME, images.rgb, depth))
         self._due = self._cell.time + FRAME_PERIOD
         return self._table
 
@@ -97,13 +96,17 @@ class CellPerception:
 
 def distance_to_state(regions: Regions, x: float, y: float, state: State | None) -> float:
     """Distance of (x, y) to where the state becomes `state` (None: any other state), m."""
-    area, line = regions.work_area, regions.blue_line_y
-    sides = min(abs(x - area.x_min), abs(area.x_max - x), abs(y - area.y_min), abs(area.y_max - y))
-    if state is State.OFFTABLE:
-        return sides
-    # From beside the work area, one of its sides is crossed first.
-    outside = regions.state_of(x, y) is State.OFFTABLE
-    return min(sides, abs(y - line)) if state is None or outside else abs(y - line)
+    here = regions.state_of(x, y)
+    areas = [area for area in regions.areas if area is not None]
+    if here == regions.elsewhere:
+        # From beside the areas, the border of one of them is crossed first.
+        return min(distance(area, x, y) for area in areas)
+    if state == regions.elsewhere:
+        return border_distance(areas, x, y)
+    own = regions.areas[here]
+    target = None if state is None else regions.areas[state]
+    assert own is not None, 'Only elsewhere has no area.'
+    return border_distance([own], x, y) if target is None else distance(target, x, y)
 
 
 def object_view(seen: ObjectObservation) -> ObjectView | None:

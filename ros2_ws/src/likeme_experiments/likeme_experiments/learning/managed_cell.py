@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from likeme_core.processes import interrupt, start
+from likeme_core.world import World
 
 #: s after SIGINT before SIGKILL.
 SHUTDOWN_TIMEOUT = 20.0
@@ -24,11 +25,16 @@ class ManagedCell:
     """Runs `start_cell` as a process: call `ensure_running` before each trial."""
 
     def __init__(
-        self, domain: int, real_time_factor: float, log: Path, report: Callable[[str], None]
+        self,
+        world: World,
+        domain: int,
+        real_time_factor: float,
+        log: Path,
+        report: Callable[[str], None],
     ) -> None:
         self._command = [
             sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(domain),
-            '--real-time-factor', str(real_time_factor),
+            '--real-time-factor', str(real_time_factor), '--world', world.source,
         ]  # fmt: skip
         self._log, self._report = log, report
         self._process: subprocess.Popen[bytes] | None = None
@@ -71,7 +77,11 @@ class ManagedCell:
 
 @contextmanager
 def managed_cell(
-    domain: int, real_time_factor: float, log: Path, report: Callable[[str], None]
+    world: World,
+    domain: int,
+    real_time_factor: float,
+    log: Path,
+    report: Callable[[str], None],
 ) -> Iterator[ManagedCell]:
     """A cell process that is stopped at the end.
 
@@ -79,7 +89,7 @@ def managed_cell(
     """
     log.parent.mkdir(parents=True, exist_ok=True)
     log.write_bytes(b'')
-    cell = ManagedCell(domain, real_time_factor, log, report)
+    cell = ManagedCell(world, domain, real_time_factor, log, report)
     try:
         yield cell
     finally:

@@ -59,12 +59,13 @@ def learn(progress: Progress, store: ExperienceStore, pool: WorkerPool, on_trial
         StoreError: a trial cannot be recorded.
     """
     campaign, keys = progress.campaign, progress.missing()
+    source = campaign.world.source
     queued = 1 if campaign.policy.adaptive else pool.size * PREFETCH
     running: set[Future[Trial]] = set()
     try:
         while True:
             for key in islice(keys, queued - len(running)):
-                running.add(pool.executor.submit(make_trial, key, campaign.seed))
+                running.add(pool.executor.submit(make_trial, key, campaign.seed, source))
             if not running:
                 return
             done, running = wait(running, return_when=FIRST_COMPLETED)

@@ -4,41 +4,75 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from enum import Enum
+from functools import cache
 from hashlib import sha256
 from typing import Any
 
 from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.kinect_noise import KinectNoise
-from likeme_arm_sim.scene import Scene
-from likeme_perception.config import PerceptionConfig
+from likeme_core.world import World
+from likeme_core.world.values import ObjectEntry
+from likeme_perception.config import world_config
 
 #: Increment when the procedure of a trial changes.
 PROTOCOL = 2
 #: Digest -> name, for robots whose trials were recorded under a name computed otherwise. When a
 #: field is renamed and no number changes, add the new digest with the old name.
 RECORDED_NAMES: Mapping[str, str] = {
-    '0e3046667401bbd6': 'sim-83d81ca7',
+    '8256e90dfe6ea049': 'sim-83d81ca7',
 }
 
 
-def simulated_robot() -> str:
+@cache
+def simulated_robot(world: World) -> str:
     """The name of the robot that makes the trials; a robot with other numbers has another name."""
-    digest = digest_of(robot_document())
+    digest = digest_of(robot_document(world))
     return RECORDED_NAMES.get(digest, f'sim-{digest[:8]}')
 
 
-def robot_document() -> dict[str, Any]:
-    """Scene, cell (physics, arm, primitives), sensor and perception, as JSON-ready values."""
+def robot_document(world: World) -> dict[str, Any]:
+    """World, cell (physics, arm, primitives), sensor and perception, as JSON-ready values."""
     parts = {
         'protocol': PROTOCOL,
-        'scene': Scene(),
+        'world': world_document(world),
         'cell': CellSettings(initial_states={}),
         'sensor': KinectNoise(),
-        'perception': PerceptionConfig(),
+        'perception': replace(world_config(world), world=None),
     }
     return {name: canonical(part) for name, part in parts.items()}
+
+
+def world_document(world: World) -> dict[str, Any]:
+    """Everything in a world file that may change how a trial ends; not where the file is."""
+    return {
+        'table': world.table,
+        'camera': world.camera,
+        'regions': [
+            {'name': entry.state.name} | {k: v for k, v in vars(entry).items() if k != 'colour'}
+            for entry in world.region_entries
+        ],
+        'actions': [[a.name, a.manner.name, a.target.name] for a in world.actions],
+        'objects': [
+            {'name': entry.name, 'looks': entry.looks, 'simulation': _with_meshes(entry, world)}
+            for entry in world.object_entries
+        ],
+    }
+
+
+def _with_meshes(entry: ObjectEntry, world: World) -> dict[str, Any] | None:
+    """An object's simulation with a digest of each mesh file instead of its name."""
+    if entry.simulation is None:
+        return None
+    parts = [
+        {**part, 'mesh': sha256((world.folder / part['mesh']).read_bytes()).hexdigest()}
+        if 'mesh' in part
+        else part
+        for part in entry.simulation['parts']
+    ]
+    physics = {k: v for k, v in entry.simulation.items() if k not in ('parts', 'fit')}
+    return physics | {'parts': parts}
 
 
 def digest_of(document: Mapping[str, Any]) -> str:

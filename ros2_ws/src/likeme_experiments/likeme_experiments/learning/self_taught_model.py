@@ -9,7 +9,7 @@ from contextlib import closing
 
 from rich.console import Console
 
-from likeme_arm_sim.scene import OBJECTS
+from likeme_core.world import World
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_experiments.learning.offline import learn_locally
 from likeme_experiments.learning.robot_identity import simulated_robot
@@ -27,19 +27,21 @@ SEED, REPETITIONS = 1, 10
 
 
 def self_taught(
+    world: World,
     workers: int | None = None,
     seed: int = SEED,
     repetitions: int = REPETITIONS,
-    objects: tuple[str, ...] = OBJECTS,
+    objects: tuple[str, ...] | None = None,
     place: str | None = None,
 ) -> RobotModel:
     """The model of a systematic campaign's trials; missing trials are made first.
 
     Args:
+        world: of the cell.
         workers: processes; all cores by default.
         seed: of the campaign, see learn.sh.
         repetitions: trials of each pair.
-        objects: to try.
+        objects: to try; all of the world by default.
         place: of the experience store; the project's by default.
 
     Raises:
@@ -47,11 +49,14 @@ def self_taught(
         ChildProcessError: worker processes crashed repeatedly.
     """
     policy = PolicyName.SYSTEMATIC
-    campaign = campaign_of('offline', simulated_robot(), seed, objects, policy, repetitions, None)
+    campaign = campaign_of(
+        world, 'offline', simulated_robot(world), seed, objects or world.objects, policy,
+        repetitions, None,
+    )  # fmt: skip
     try:
-        with closing(open_store(place)) as store:
+        with closing(open_store(world, place)) as store:
             _learn(Progress(campaign, store), store, workers or len(os.sched_getaffinity(0)))
-            return model_of_rows('self_taught', rows_of(_tallies(campaign, store)))
+            return model_of_rows('self_taught', rows_of(_tallies(campaign, store), world), world)
     except (StoreError, TrialFailedError) as error:
         raise ValueError(str(error)) from error
     except BrokenProcessPool:

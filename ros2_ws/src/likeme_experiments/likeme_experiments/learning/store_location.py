@@ -5,19 +5,22 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from likeme_core.world import World
+from likeme_core.world.file import DEFAULT_WORLD
 from likeme_inference.experience.store import ExperienceStore
 
 
-def open_store(place: str | None) -> ExperienceStore:
+def open_store(world: World, place: str | None) -> ExperienceStore:
     """The store at `place` (SQLite file or database URL) or the default one; may be created."""
     if place is None:
-        Path(default_place()).parent.mkdir(exist_ok=True)
-    return ExperienceStore(place or default_place())
+        Path(default_place(world)).parent.mkdir(exist_ok=True)
+    return ExperienceStore(place or default_place(world), world)
 
 
-def default_place() -> str:
-    """out/experience.sqlite of the project."""
-    return str(Path(os.environ.get('LIKEME_ROOT', '.')) / 'out' / 'experience.sqlite')
+def default_place(world: World) -> str:
+    """out/experience.sqlite of the project; of another than the default world, with its name."""
+    of = '' if world.source == DEFAULT_WORLD else f'-{world.name}'
+    return str(Path(os.environ.get('LIKEME_ROOT', '.')) / 'out' / f'experience{of}.sqlite')
 
 
 def is_sqlite(path: Path) -> bool:

@@ -11,11 +11,12 @@ import cv2
 from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.headless_trial import single_object_cell
 from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.world import World, load_world
 from likeme_experiments.learning.cell_perception import CellPerception
 from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.trial import COUNTED, Place, Trial, TrialKey
-from likeme_perception.catalogue import load_catalogue
-from likeme_perception.config import PerceptionConfig
+from likeme_perception.catalogue import world_catalogue
+from likeme_perception.config import world_config
 from likeme_perception.observation import ObjectObservation
 
 #: Seed of what is the same in all trials: the sensor's fixed pattern and the background.
@@ -31,11 +32,11 @@ class TrialFailedError(Exception):
 class TrialCell:
     """A cell with one object, in which independent trials are made one after another."""
 
-    def __init__(self, name: str, settings: CellSettings | None = None) -> None:
+    def __init__(self, world: World, name: str, settings: CellSettings | None = None) -> None:
         """name: of the object. settings: of the cell, but for its initial states."""
         self._name = name
-        self._cell = single_object_cell(name, settings)
-        self._config, self._known = PerceptionConfig(), load_catalogue()
+        self._cell = single_object_cell(world, name, settings)
+        self._config, self._known = world_config(world), world_catalogue(world)
         self._cell.restart(BODY_SEED)
         first = CellPerception(self._cell, self._config, self._known, None)
         self._background = first.learn_background()
@@ -57,7 +58,7 @@ class TrialCell:
 
     def close(self) -> None:
         """Disconnect the physics client."""
-        self._cell.world.client.disconnect()
+        self._cell.physics_world.client.disconnect()
 
     def _attempt(self, key: TrialKey, seed: int) -> Trial:
         cell, name, x_i = self._cell, self._name, key.pair.x_i
@@ -65,7 +66,7 @@ class TrialCell:
         cell.reset([name], [x_i], seed)
         perception = CellPerception(cell, self._config, self._known, self._background)
         before = perception.wait_until_settled().object(name)
-        if before.state is not x_i:
+        if before.state != x_i:
             raise TrialFailedError(
                 f'Expected to see the {name} {x_i.name}, got {before.state_name}.'
             )
@@ -101,20 +102,23 @@ def software_version() -> str:
 _CELLS = threading.local()
 
 
-def make_trial(key: TrialKey, campaign_seed: int) -> Trial:
+def make_trial(key: TrialKey, campaign_seed: int, source: str) -> Trial:
     """Make one trial in this worker's cell of the object, which is kept for the next one.
+
+    source: of the world, see World.source.
 
     Raises:
         TrialFailedError: see TrialCell.run; or the key is of another robot than this software's.
     """
-    if key.robot != simulated_robot():
+    world = load_world(source)
+    if key.robot != simulated_robot(world):
         raise TrialFailedError(
-            f'Expected the software of the robot {key.robot}, got that of {simulated_robot()}.'
+            f'Expected the software of the robot {key.robot}, got {simulated_robot(world)}.'
         )
     # One trial uses one core; OpenCV's threads would compete with the other trials.
     cv2.setNumThreads(1)
-    cells: dict[str, TrialCell] = _CELLS.__dict__.setdefault('by_object', {})
-    name = key.pair.object
+    cells: dict[tuple[str, str], TrialCell] = _CELLS.__dict__.setdefault('by_object', {})
+    name = source, key.pair.object
     if name not in cells:
-        cells[name] = TrialCell(name)
+        cells[name] = TrialCell(world, key.pair.object)
     return cells[name].run(key, campaign_seed)

@@ -12,9 +12,11 @@ import cv2
 
 from likeme_arm_sim.headless_trial import (
     count_final_states,
+    fitted_cell,
     settings_from_parameters,
-    single_object_cell,
+    world_from_parameters,
 )
+from likeme_core.paper_world import WORLD
 from likeme_experiments.learning.trial_cell import TrialCell
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
 from likeme_experiments.physics_fit.table_rows import TableRow
@@ -26,10 +28,10 @@ LEVEL = 0.05
 
 
 class RowEvaluation(NamedTuple):
-    """A row, its simulated counts (LEFT, RIGHT, OFFTABLE), and the p-value of the exact test."""
+    """A row, its simulated counts by final state, and the p-value of the exact test."""
 
     row: TableRow
-    simulated: tuple[int, int, int]
+    simulated: tuple[int, ...]
     p_value: float
 
     @property
@@ -42,7 +44,7 @@ def evaluate_row(
     values: Mapping[str, float], row: TableRow, trials: int, first: int = FRESH
 ) -> RowEvaluation:
     """Try one row with the seeds from `first` on."""
-    cell = single_object_cell(row.name, settings_from_parameters(values))
+    cell = fitted_cell(WORLD, row.name, values)
     seeds = range(first, first + trials)
     counts = count_final_states(cell, row.name, row.x_i, row.action, seeds)
     return RowEvaluation(row, counts, multinomial_p_value(row.real, smoothed(counts)))
@@ -55,11 +57,17 @@ def evaluate_row_by_camera(
     # One trial uses one core; OpenCV's threads would compete with the other trials.
     cv2.setNumThreads(1)
     pair, ends = Pair(row.name, row.x_i, row.action), [0, 0, 0]
-    with closing(TrialCell(row.name, settings_from_parameters(values))) as cell:
+    with closing(fitted_trial_cell(row.name, values)) as cell:
         for repetition in range(trials):
             ends[cell.run(TrialKey('judged', 'judged', pair, repetition), first).x_f] += 1
     counts = (ends[0], ends[1], ends[2])
     return RowEvaluation(row, counts, multinomial_p_value(row.real, smoothed(counts)))
+
+
+def fitted_trial_cell(name: str, values: Mapping[str, float]) -> TrialCell:
+    """A cell for full trials with values of all fitted parameters."""
+    world = world_from_parameters(WORLD, values)
+    return TrialCell(world, name, settings_from_parameters(WORLD, values))
 
 
 def evaluate_rows(

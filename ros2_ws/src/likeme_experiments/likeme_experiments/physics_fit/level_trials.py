@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 
 from likeme_arm_sim.headless_trial import (
     count_final_states,
-    settings_from_parameters,
-    single_object_cell,
+    fitted_cell,
 )
+from likeme_core.paper_world import WORLD
 from likeme_experiments import json_lines
 from likeme_experiments.physics_fit.search import Counts
 from likeme_experiments.physics_fit.table_rows import TableRow
@@ -29,7 +29,7 @@ class LevelTrials(NamedTuple):
         step: of the search.
         parameter, level: its name and value, in its own unit.
         name: of the toy.
-        counts: LEFT, RIGHT, OFFTABLE by row name.
+        counts: of final states, by row name.
     """
 
     step: int
@@ -44,7 +44,7 @@ def try_level(
 ) -> LevelTrials:
     """Trials of the rows of one toy, with the same seeds for every row and level."""
     name = mine[0].name
-    cell = single_object_cell(name, settings_from_parameters(values))
+    cell = fitted_cell(WORLD, name, values)
     counts = {str(r): count_final_states(cell, name, r.x_i, r.action, seeds) for r in mine}
     return LevelTrials(step, parameter, values[parameter], name, counts)
 
@@ -91,5 +91,5 @@ def read(path: Path) -> list[LevelTrials]:
 
 
 def _tried(document: dict[str, Any]) -> LevelTrials:
-    counts = {row: (c[0], c[1], c[2]) for row, c in document.pop('counts').items()}
+    counts = {row: tuple(c) for row, c in document.pop('counts').items()}
     return LevelTrials(counts=counts, **document)

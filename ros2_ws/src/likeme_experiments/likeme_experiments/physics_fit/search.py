@@ -8,13 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from likeme_arm_sim.fitted_parameters import FITTED
-from likeme_arm_sim.scene import OBJECTS
-from likeme_core.tabletop import Manner, State
+from likeme_arm_sim.physics import fitted_parameters
+from likeme_core.paper_world import OFFTABLE, WORLD
+from likeme_core.tabletop import Manner
 from likeme_experiments.physics_fit.deviance import deviance
 from likeme_experiments.physics_fit.table_rows import TableRow
 
-Counts = tuple[int, int, int]
+Counts = tuple[int, ...]
 # Parameters in the order of the search, the most influential first; then some again, with smaller
 # steps.
 WIDE = (
@@ -39,12 +39,12 @@ PUSHING_OFF = {'push_off_heading', 'reach'}
 def touches(parameter: str, row: TableRow) -> bool:
     """Whether a parameter can noticeably change how a row ends."""
     first, _, rest = parameter.partition('_')
-    if first in OBJECTS:
+    if first in WORLD.objects:
         if first != row.name:
             return False
         # A heavier toy does not slide further when it is pushed: friction grows with its mass.
         parameter = 'grip_force' if rest == 'mass' else rest
-    is_push, off = row.action.manner is Manner.PUSH, row.action.target is State.OFFTABLE
+    is_push, off = row.action.manner is Manner.PUSH, row.action.target == OFFTABLE
     if parameter in GRASPING:
         return not is_push
     if parameter in PLACING_ACROSS:
@@ -60,7 +60,7 @@ def touches(parameter: str, row: TableRow) -> bool:
 
 def levels(parameter: str, value: float, away: Sequence[float] = AWAY) -> list[float]:
     """The values to try, ascending and within the range; `value` is one of them."""
-    p = FITTED[parameter]
+    p = fitted_parameters(WORLD)[parameter]
     around = {min(max(value + part * (p.high - p.low), p.low), p.high) for part in away}
     around.add(value)
     ordered = sorted(around)

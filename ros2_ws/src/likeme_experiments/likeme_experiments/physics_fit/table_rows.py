@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_arm_sim.scene import OBJECTS
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.paper_world import LEFT, RIGHT, WORLD
+from likeme_core.tabletop import Action, State
 from likeme_inference.tabletop.model_file import shipped
 
 # Chosen before the first fit. A row is idle when its object is already where the action aims. Held
@@ -26,7 +26,7 @@ class TableRow(NamedTuple):
     @property
     def idle(self) -> bool:
         """Whether the object is already where the action aims."""
-        return self.action.target is self.x_i
+        return self.action.target == self.x_i
 
     def __str__(self) -> str:
         return f'{self.name} {self.x_i.name} {self.action.name}'
@@ -36,10 +36,10 @@ def table_rows() -> list[TableRow]:
     """The 36 rows whose x_i is LEFT or RIGHT."""
     table = shipped()
     found = []
-    for name in OBJECTS:
+    for name in WORLD.objects:
         counts = table.model_of(name).counts
-        for x_i in (State.LEFT, State.RIGHT):
-            for action in Action:
+        for x_i in (LEFT, RIGHT):
+            for action in WORLD.actions:
                 left, right, off = map(int, counts[x_i, action])
                 found.append(TableRow(name, x_i, action, (left, right, off)))
     return found
@@ -49,8 +49,8 @@ def split(table: list[TableRow]) -> tuple[list[TableRow], list[TableRow]]:
     """The 18 rows that are fitted, and the 18 that are held out."""
     rng = np.random.default_rng(SPLIT_SEED)
     held = {row for row in table if row.idle}
-    for name in OBJECTS:
-        for manner in Manner:
+    for name in WORLD.objects:
+        for manner in WORLD.manners:
             busy = [
                 row
                 for row in table

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 
-from likeme_arm_sim.scene import OBJECTS
+from likeme_core.world import World
 from likeme_experiments.evaluation.episode import ImitationEpisode
 from likeme_experiments.evaluation.executed import (
     ApproachScore,
@@ -28,7 +28,7 @@ from likeme_experiments.reproductions.report import (
     ReproductionReport,
 )
 from likeme_inference.tabletop import model_file
-from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.domain import domain_of
 from likeme_inference.tabletop.robot_model import RobotModel
 
 SEEDS = 20
@@ -46,14 +46,17 @@ def report_executed(options: ReproductionOptions) -> ReproductionReport:
     from likeme_experiments.imitation.runner import episodes
 
     seeds, workers = options.seeds or SEEDS, options.workers or len(os.sched_getaffinity(0))
-    model = model_of(ReproductionOptions(model=options.model or LEARNED, workers=workers))
-    text, wanted = model_file.format_model(model), tasks(_objects(model), seeds)
-    log = EpisodeLog(Path(default_place()).with_name('table1-executed'), text)
+    world = options.world
+    model = model_of(ReproductionOptions(world, None, options.model or LEARNED, workers))
+    text, wanted = model_file.format_model(model), tasks(world, _objects(world, model), seeds)
+    log = EpisodeLog(Path(default_place(world)).with_name('table1-executed'), text, world)
     try:
-        made = episodes(wanted, text, log, workers, Console(stderr=True))
+        made = episodes(world, wanted, text, log, workers, Console(stderr=True))
     except EpisodeFailedError as error:
         raise ValueError(str(error)) from error
-    found = {name: executed_summary(model, made, name, by) for name, by in ESTIMATES.items()}
+    found = {
+        name: executed_summary(world, model, made, name, by) for name, by in ESTIMATES.items()
+    }
     document = document_of(model, seeds, made, found, ESTIMATE)
     return ReproductionReport(
         document,
@@ -62,18 +65,18 @@ def report_executed(options: ReproductionOptions) -> ReproductionReport:
     )
 
 
-def _objects(model: RobotModel) -> tuple[str, ...]:
+def _objects(world: World, model: RobotModel) -> tuple[str, ...]:
     """The objects of both cell and model.
 
     Raises:
         ValueError: there is none, or the model is of another table.
     """
-    if model.domain != TABLETOP:
-        raise ValueError(f'Expected a model of {TABLETOP.states}, got {model.domain.states}.')
-    known = tuple(name for name in OBJECTS if name in model.objects)
+    if model.domain != (ours := domain_of(world)):
+        raise ValueError(f'Expected a model of {ours.states}, got {model.domain.states}.')
+    known = tuple(name for name in world.objects if name in model.objects)
     if not known:
         raise ValueError(
-            f'Expected a model of {", ".join(OBJECTS)}, got one of {list(model.objects)}.'
+            f'Expected a model of {", ".join(world.objects)}, got one of {list(model.objects)}.'
         )
     return known
 
@@ -208,7 +211,7 @@ REPRODUCTIONS = {
     'table1-executed': Reproduction(
         'Table 1 executed in the simulated cell with a self-learned model (20 minutes)',
         report_executed,
-        frozenset({'seeds', 'model', 'workers'}),
+        frozenset({'world', 'seeds', 'model', 'workers'}),
         in_all=False,
     ),
 }

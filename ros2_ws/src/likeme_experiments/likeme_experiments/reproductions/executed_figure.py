@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 from likeme_experiments.evaluation.forecast import Approach
+from likeme_experiments.evaluation.table1 import MANNER_NAMES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,9 +20,9 @@ _HEADINGS = {
     Approach.SEQUENTIAL: 'Sequential,\n3 actions',
     Approach.SEQUENTIAL_WITH_HELP: 'Sequential,\nthen asking',
 }
-_MANNERS = {'place': 'Pick & Place Demonstration', 'push': 'Push Demonstration'}
-_COLOURS = {'pear': '#228833', 'lemon': '#ccbb44', 'chicken': '#aa3377'}
-_OTHER = '#4477aa'
+_MANNERS = {manner.name.lower(): name for manner, name in MANNER_NAMES.items()}
+#: Of the objects in their order.
+_COLOURS = ('#228833', '#ccbb44', '#aa3377', '#4477aa', '#ee8866', '#66ccee', '#999999')
 
 
 def executed_figure(document: Mapping[str, Any]) -> Figure:
@@ -44,7 +46,8 @@ def executed_figure(document: Mapping[str, Any]) -> Figure:
 def _table(axes: Axes, document: Mapping[str, Any]) -> None:
     axes.set_axis_off()
     names, cells = [], []
-    for manner, heading in _MANNERS.items():
+    shown = {row['demonstration'] for row in document['rows']}
+    for manner, heading in ((m, h) for m, h in _MANNERS.items() if m in shown):
         names.append(heading)
         cells.append([''] * len(Approach))
         for row in (row for row in document['rows'] if row['demonstration'] == manner):
@@ -74,11 +77,12 @@ def _cell(s: Mapping[str, float]) -> str:
 def _reliability(axes: Axes, calibration: Mapping[str, Any]) -> None:
     axes.plot([0, 1], [0, 1], color='black', linewidth=0.8)
     cells = calibration['cells']
-    for name in dict.fromkeys(cell['object'] for cell in cells):
+    names = dict.fromkeys(cell['object'] for cell in cells)
+    for name, colour in zip(names, cycle(_COLOURS), strict=False):
         mine = [cell for cell in cells if cell['object'] == name]
         axes.scatter(
             [cell['predicted'] for cell in mine], [cell['achieved'] for cell in mine],
-            s=[8 + 1.2 * cell['n'] for cell in mine], color=_COLOURS.get(name, _OTHER), alpha=0.6,
+            s=[8 + 1.2 * cell['n'] for cell in mine], color=colour, alpha=0.6,
             linewidths=0, label=name,
         )  # fmt: skip
     axes.set(

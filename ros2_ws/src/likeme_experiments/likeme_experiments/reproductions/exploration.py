@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from likeme_core.world.file import DEFAULT_WORLD
 from likeme_experiments.evaluation.exploration import (
     CHECKPOINTS,
     ExplorationStrategy,
@@ -66,16 +67,24 @@ def _models(options: ReproductionOptions) -> list[RobotModel]:
     # Takes a second to import.
     from likeme_experiments.learning.self_taught_model import self_taught
 
-    cell = self_taught(options.workers, WORLD_SEED, WORLD_REPETITIONS)
-    return [replace(cell, name='simulated_cell'), model_of(ReproductionOptions())]
+    cell = self_taught(options.world, options.workers, WORLD_SEED, WORLD_REPETITIONS)
+    own = replace(cell, name='simulated_cell')
+    papers = options.world.source == DEFAULT_WORLD
+    return [own, model_of(ReproductionOptions())] if papers else [own]
 
 
 def _explored(model: RobotModel, seeds: int) -> ExploredWorld:
     world = world_of(model)
     curves = [
-        curve for policy in ExplorationStrategy for curve in exploration(world, policy, seeds)
+        curve
+        for policy in ExplorationStrategy
+        for curve in exploration(world, policy, seeds, domain=model.domain)
     ]
-    return ExploredWorld(f'{model.label}{_trials(model)}', float(help_rate(world, world)), curves)
+    return ExploredWorld(
+        f'{model.label}{_trials(model)}',
+        float(help_rate(world, world, domain=model.domain)),
+        curves,
+    )
 
 
 def _trials(model: RobotModel) -> str:
@@ -119,6 +128,6 @@ REPRODUCTIONS = {
     'exploration': Reproduction(
         'Directed exploration: help rate against trials',
         report_exploration,
-        frozenset({'seeds', 'model', 'workers'}),
+        frozenset({'world', 'seeds', 'model', 'workers'}),
     ),
 }

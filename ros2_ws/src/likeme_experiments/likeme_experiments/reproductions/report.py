@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from likeme_core.world import World, load_world
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,18 +18,21 @@ class ReproductionOptions:
     """Options of a reproduction; None: its own default.
 
     Attributes:
+        world: of states, actions and objects.
         seeds: number of independent repetitions.
         model: `shipped`, `learned`, or the path of a model file or an experience store.
         workers: processes to spread the work over.
     """
 
+    world: World = field(default_factory=load_world)
     seeds: int | None = None
     model: str | None = None
     workers: int | None = None
 
     def given(self) -> tuple[str, ...]:
         """Names of the options that are set."""
-        return tuple(name for name, value in vars(self).items() if value is not None)
+        default = ReproductionOptions()
+        return tuple(k for k, value in vars(self).items() if value != getattr(default, k))
 
 
 class ReproductionReport(NamedTuple):

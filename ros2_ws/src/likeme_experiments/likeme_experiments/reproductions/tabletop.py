@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from likeme_core.tabletop import Action, Manner, State
+from likeme_core.tabletop import Manner
+from likeme_core.world import World
 from likeme_experiments.evaluation.fig7 import TransitionBars, fig7
 from likeme_experiments.evaluation.fig8 import Fig8Column, fig8
 from likeme_experiments.evaluation.practice import practice
@@ -21,36 +22,44 @@ from likeme_experiments.reproductions.report import (
     ReproductionReport,
 )
 from likeme_inference.tabletop import model_file
+from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.robot_model import RobotModel
 
 THRESHOLD = 0.5
 #: Options of every reproduction of this file; workers are for `--model learned`.
-TAKES = frozenset({'model', 'workers'})
+TAKES = frozenset({'world', 'model', 'workers'})
 
 
 def report_table1(options: ReproductionOptions) -> ReproductionReport:
     """Table 1."""
     model = model_of(options)
-    result = table1(model, THRESHOLD)
+    result = table1(model, options.world, THRESHOLD)
     rows = [
         {
             'demonstration': manner.name.lower(),
             'object': name,
-            **dict(zip(map(str, MODES), result.success[manner, o].tolist(), strict=True)),
-            'paper': _printed(manner, name),
+            **dict(zip(map(str, MODES), result.success[m, o].tolist(), strict=True)),
+            'paper': _printed(model, manner, name),
         }
-        for manner in Manner
+        for m, manner in enumerate(result.manners)
         for o, name in enumerate(result.objects)
     ]
     document = {'model': model.label, 'threshold': THRESHOLD, 'rows': rows}
     return ReproductionReport(
-        document, _table1_text(model, result), lambda: figures.table1(result)
+        document,
+        _table1_text(model, result),
+        lambda: figures.table1(result, model.domain == TABLETOP),
     )
 
 
-def _printed(manner: Manner, name: str) -> dict[str, float] | None:
-    values = PAPER.get((manner, name))
-    return None if values is None else dict(zip(map(str, MODES), values, strict=True))
+def _paper(model: RobotModel, manner: Manner, name: str) -> tuple[float, ...]:
+    """What the paper prints for a model in its world; empty for another."""
+    return PAPER.get((manner, name), ()) if model.domain == TABLETOP else ()
+
+
+def _printed(model: RobotModel, manner: Manner, name: str) -> dict[str, float] | None:
+    values = _paper(model, manner, name)
+    return dict(zip(map(str, MODES), values, strict=True)) if values else None
 
 
 def _table1_text(model: RobotModel, result: Table1) -> str:
@@ -59,17 +68,17 @@ def _table1_text(model: RobotModel, result: Table1) -> str:
         f'{"demonstration":15}{"object":10}' + ''.join(f'{mode:>22}' for mode in MODES),
     ]
     agree = printed = 0
-    for manner in Manner:
+    for m, manner in enumerate(result.manners):
         for o, name in enumerate(result.objects):
             line = f'{manner.name.lower():15}{name:10}'
-            for value, paper in zip_longest(
-                result.success[manner, o], PAPER.get((manner, name), ())
-            ):
+            for value, paper in zip_longest(result.success[m, o], _paper(model, manner, name)):
                 same = paper is not None and abs(value - paper) < 5e-5
                 agree, printed = agree + same, printed + (paper is not None)
                 beside = '' if paper is None else f'({paper:.4f})' + ('' if same else '*')
                 line += f'{value:12.4f} {beside:9}'
             lines.append(line.rstrip())
+    if not printed:
+        return '\n'.join(lines)
     lines.append(f'{agree} of {printed} cells as printed.')
     if model.label != model_file.shipped().label:
         if agree < printed:
@@ -85,33 +94,35 @@ def _table1_text(model: RobotModel, result: Table1) -> str:
 
 def report_fig7(options: ReproductionOptions) -> ReproductionReport:
     """Fig 7; another robot with the same objects is shown beside the paper's."""
-    model, papers = model_of(options), model_file.shipped()
-    series = {model.label: fig7(model)}
-    if set(model.objects) == set(papers.objects):
-        series.setdefault(papers.label, fig7(papers))
+    model, papers, world = model_of(options), model_file.shipped(), options.world
+    series = {model.label: fig7(model, world)}
+    if set(model.objects) == set(papers.objects) and model.domain == papers.domain:
+        series.setdefault(papers.label, fig7(papers, world))
     document: dict[str, Any] = {
         'model': model.label,
-        'states': [state.name for state in State],
+        'states': [state.name for state in options.world.states],
         'rows': _fig7_rows(series[model.label]),
     }
     others = [label for label in series if label != model.label]
     if others:
         document['beside'] = {'model': others[0], 'rows': _fig7_rows(series[others[0]])}
-    return ReproductionReport(document, _fig7_text(series), lambda: figures.fig7(series))
+    return ReproductionReport(
+        document, _fig7_text(series, world), lambda: figures.fig7(series, world)
+    )
 
 
 def _fig7_rows(bars: list[TransitionBars]) -> list[dict[str, Any]]:
     return [bar._asdict() | {'x_i': bar.x_i.name, 'action': bar.action.name} for bar in bars]
 
 
-def _fig7_text(series: dict[str, list[TransitionBars]]) -> str:
+def _fig7_text(series: dict[str, list[TransitionBars]], world: World) -> str:
     (label, bars), *others = series.items()
     beside = {(b.object, b.x_i, b.action): b for _, known in others for b in known}
     brackets = ''.join(f'; in brackets {name}' for name, _ in others)
     lines = [
         f'Fig 7: p(X_f | X_i, A) of {label}, with 95 % credible bounds{brackets}.',
         f'{"object":10}{"x_i":8}{"action":16}{"trials":>6}'
-        + ''.join(f'{state.name:>{27 if others else 20}}' for state in State),
+        + ''.join(f'{state.name:>{27 if others else 20}}' for state in world.states),
     ]
     for bar in bars:
         other = beside.get((bar.object, bar.x_i, bar.action))
@@ -129,16 +140,18 @@ def _fig7_text(series: dict[str, list[TransitionBars]]) -> str:
 def report_fig8(options: ReproductionOptions) -> ReproductionReport:
     """Fig 8."""
     model = model_of(options)
-    cases = fig8(model, THRESHOLD)
+    cases = fig8(model, options.world, THRESHOLD)
     document = {
         'model': model.label,
         'threshold': THRESHOLD,
-        'states': [state.name for state in State],
-        'actions': [action.name for action in Action],
+        'states': [state.name for state in options.world.states],
+        'actions': [action.name for action in options.world.actions],
         'rows': [_case(case) for case in cases],
     }
     return ReproductionReport(
-        document, _fig8_text(model, cases), lambda: figures.fig8(cases, THRESHOLD)
+        document,
+        _fig8_text(model, options.world, cases),
+        lambda: figures.fig8(cases, options.world, THRESHOLD),
     )
 
 
@@ -157,14 +170,19 @@ def _case(case: Fig8Column) -> dict[str, Any]:
     }
 
 
-def _fig8_text(model: RobotModel, cases: list[Fig8Column]) -> str:
-    lines = [
-        f'Fig 8: goals, actions and predictions by {model.label}; the paper: the true goal is the '
-        'MAP goal',
-        'in all 12, and the robot asks for the pear from RIGHT to LEFT alone.',
-        f'{"":28}{"P(G | x_i, x_f)":28}{"P(A | x_i, g)":21}{"P(X_f = g)":>11}',
-        f'{"object":10}{"shown":18}{"LEFT   RIGHT  OFFTABLE":28}{"its mode":21}'
-        f'{"predicted":>11}  asks',
+def _fig8_text(model: RobotModel, world: World, cases: list[Fig8Column]) -> str:
+    lines = [f'Fig 8: goals, actions and predictions by {model.label}.']
+    if model.domain == TABLETOP:
+        lines = [
+            f'Fig 8: goals, actions and predictions by {model.label}; the paper: the true goal is '
+            'the MAP goal',
+            'in all 12, and the robot asks for the pear from RIGHT to LEFT alone.',
+        ]
+    states = ' '.join(f'{state.name:6}' for state in world.states)
+    wide = max(28, len(states) + 6)
+    lines += [
+        f'{"":28}{"P(G | x_i, x_f)":{wide}}{"P(A | x_i, g)":21}{"P(X_f = g)":>11}',
+        f'{"object":10}{"shown":18}{states:{wide}}{"its mode":21}{"predicted":>11}  asks',
     ]
     for case in cases:
         goals = ' '.join(f'{p:.4f}' for p in case.goal_posterior)
@@ -173,7 +191,7 @@ def _fig8_text(model: RobotModel, cases: list[Fig8Column]) -> str:
             name, p_action = case.action.name, case.action_posterior[case.action]
         shown = f'{case.x_i.name} > {case.x_f.name}'
         lines.append(
-            f'{case.object:10}{shown:18}{goals:28}{name:15}{p_action:6.2f}'
+            f'{case.object:10}{shown:18}{goals:{wide}}{name:15}{p_action:6.2f}'
             f'{case.predicted_success:11.2f}  {"asks" if case.asks else ""}'.rstrip()
         )
     right = sum(case.goal == case.x_f for case in cases)
@@ -184,7 +202,7 @@ def _fig8_text(model: RobotModel, cases: list[Fig8Column]) -> str:
 def report_sequential(options: ReproductionOptions) -> ReproductionReport:
     """Several actions, with a look after each."""
     model = model_of(options)
-    rows = sequential(model, threshold=THRESHOLD)
+    rows = sequential(model, options.world, threshold=THRESHOLD)
     document = {
         'model': model.label,
         'threshold': THRESHOLD,
@@ -198,7 +216,7 @@ def report_sequential(options: ReproductionOptions) -> ReproductionReport:
 def _sequential_text(model: RobotModel, rows: list[SequentialRow]) -> str:
     lines = [
         f'Several actions, with a look after each: exact values by {model.label}, averaged over '
-        'four changes.',
+        'the changes of state.',
         'With help: the robot asks after its last action, and the human always succeeds.',
         f'{"actions":>7}  {"object":10}{"success":>9}{"help rate":>11}{"with help":>11}'
         f'{"help rate if asking below " + format(THRESHOLD, ".2f"):>32}',
@@ -219,11 +237,11 @@ def _sequential_line(actions: str, name: str, values: Any) -> str:
 def report_practice(options: ReproductionOptions) -> ReproductionReport:
     """Convergence of goal-based exploration."""
     model = model_of(options)
-    result = practice(model, seeds=options.seeds or 20)
+    result = practice(model, options.world, seeds=options.seeds or 20)
     shown = [0, 10, 30, 100, 300, 1000]
     lines = [
         'Goal-based exploration: distance of P(A | g, x_i) from its limit by rounds',
-        f'(total variation, mean over {len(model.objects)} objects and four changes; in brackets '
+        f'(total variation, mean over {len(model.objects)} objects and the changes; in brackets '
         'that of the mean policy).',
         f'{"step":>6}' + ''.join(f'{n:>18}' for n in shown),
     ]

@@ -13,8 +13,10 @@ from sensor_msgs.msg import JointState
 
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import stamp_ns
+from likeme_core.ros.world import check_world
 from likeme_core.stamps import SECOND
 from likeme_core.tabletop import State
+from likeme_core.world import World
 from likeme_experiments.learning.trial_observation import (
     CellGoneError,
     ObservedObject,
@@ -55,11 +57,14 @@ class ExplorerNode(Node):
     """
 
     def __init__(
-        self, context: Context | None = None, between_spins: Callable[[], None] = lambda: None
+        self,
+        world: World,
+        context: Context | None = None,
+        between_spins: Callable[[], None] = lambda: None,
     ) -> None:
-        """between_spins: called repeatedly while the node waits; may raise."""
+        """world: of the cell. between_spins: called repeatedly while the node waits; may raise."""
         super().__init__('explorer', context=context, start_parameter_services=False)
-        self._between_spins = between_spins
+        self._world, self._between_spins = world, between_spins
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self)
         self._table: ObservedTable | None = None
@@ -102,10 +107,10 @@ class ExplorerNode(Node):
         state, before = state_and_place(
             self._settled_table(self._now() + round(STALE * SECOND)), name
         )
-        if state is not x_i:
+        if state != x_i:
             raise TrialVoidError(f'Expected to see the {name} {x_i.name}, got {state.name}.')
         expires = self._now() + round(EXPIRY * SECOND)
-        request = messages.execute_request(name, action, expires)
+        request = messages.execute_request(self._world, name, action, expires)
         answer = self._call(self._arm, request, MOTION_TIMEOUT)
         report = read_motion(answer)
         require_counted_motion(report)
@@ -123,11 +128,11 @@ class ExplorerNode(Node):
         self.destroy_node()
 
     def _set_up(self, name: str, x_i: State, seed: int) -> None:
-        """Put the object into x_i and all others off the table."""
+        """Put the object into x_i and all others out of the way."""
         others = [other for other in self._latest().objects if other != name]
-        states = [State.OFFTABLE] * len(others) + [x_i]
+        states = [self._world.regions.elsewhere] * len(others) + [x_i]
         request = ResetCell.Request(
-            objects=[*others, name], states=[int(state) for state in states], seed=seed
+            objects=[*others, name], states=[state.name for state in states], seed=seed
         )
         deadline = time.monotonic() + BUSY_TIMEOUT
         while not (answer := self._call(self._reset_client, request, RESET_TIMEOUT)).success:
@@ -194,20 +199,29 @@ class ExplorerNode(Node):
         return self._latest().stamp
 
     def _on_table(self, message: TableState) -> None:
-        table = read_observed_table(message)
+        try:
+            table = read_observed_table(message, self._world)
+        except ValueError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=CAMERA_TIMEOUT)
+            return
         if self._table is not None and table.stamp < self._table.stamp:
             # The clock went back: the cell was restarted. Discovery reports that later.
             self._known_publishers = frozenset()
         self._table, self._received = table, time.monotonic()
 
 
-def read_observed_table(message: TableState) -> ObservedTable:
-    """The part of a table state that a trial needs."""
-    objects = {item.name: _seen(item) for item in message.objects}
+def read_observed_table(message: TableState, world: World) -> ObservedTable:
+    """The part of a table state that a trial needs.
+
+    Raises:
+        ValueError: it is of another world.
+    """
+    check_world(message.world, world)
+    objects = {item.name: _seen(item, world) for item in message.objects}
     return ObservedTable(stamp_ns(message.header.stamp), message.settled, objects)
 
 
-def _seen(item: ObjectState) -> ObservedObject:
-    state = State(item.state) if item.state in set(State) else None
+def _seen(item: ObjectState, world: World) -> ObservedObject:
+    state = world.states[item.state] if world.knows_state(item.state) else None
     where = item.centroid.x, item.centroid.y, item.major_axis_yaw
     return ObservedObject(state, Place(*where) if item.visible else None)

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from rclpy.context import Context
 
 from likeme_core.interrupt import deferred_interrupt
+from likeme_core.world import World
 from likeme_experiments.learning.managed_cell import ManagedCell
 from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
 from likeme_experiments.learning.trial_reporter import TrialReporter
@@ -82,12 +83,12 @@ class LiveLearner:
 
 
 @contextmanager
-def explorer(domain: int) -> Iterator[ExplorerNode]:
+def explorer(domain: int, world: World) -> Iterator[ExplorerNode]:
     """An explorer on a ROS domain; Ctrl-C raises KeyboardInterrupt between two spins."""
     context = Context()
     context.init(domain_id=domain)
     with deferred_interrupt() as check:
-        node = ExplorerNode(context, check)
+        node = ExplorerNode(world, context, check)
         try:
             yield node
         finally:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from likeme_core.world import World
 from likeme_inference.experience.exploration_policy import ExplorationPolicy
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Counts, Pair, TrialKey, no_counts
@@ -17,10 +18,12 @@ class Campaign:
     """A series of trials.
 
     Attributes:
+        world: of the states and actions.
         name: part of each trial's key.
         seed: of the seeds of all trials and of all choices.
     """
 
+    world: World
     robot: str
     name: str
     seed: int
@@ -34,14 +37,14 @@ class Campaign:
     def choose(self, counts: Counts) -> TrialKey | None:
         """The next trial after those counted; depends on the seed and the counts alone."""
         made = sum(int(table.sum()) for table in counts.values())
-        pair = self.policy.next(counts, np.random.default_rng([self.seed, made]))
+        pair = self.policy.next(self.world, counts, np.random.default_rng([self.seed, made]))
         if pair is None:
             return None
         return self.key(pair, int(counts[pair.object][pair.x_i, pair.action].sum()))
 
     def plan(self) -> Iterator[TrialKey]:
         """All trials of a policy that is not adaptive, in order."""
-        counts = no_counts(self.objects)
+        counts = no_counts(self.world, self.objects)
         while (key := self.choose(counts)) is not None:
             yield key
             pair = key.pair

@@ -38,7 +38,10 @@ def url_of(place: str) -> URL:
         StoreError: it is neither.
     """
     if '://' not in place:
-        return URL.create('sqlite', database=str(Path(place).expanduser().resolve()))
+        try:
+            return URL.create('sqlite', database=str(Path(place).expanduser().resolve()))
+        except RuntimeError as error:
+            raise StoreError(f'Expected the path of a store, got {place!r}: {error}') from None
     try:
         return make_url(place)
     except ArgumentError:
@@ -119,14 +122,19 @@ def _check_file(url: URL, create: bool) -> None:
         raise StoreError(f'{path} cannot be read: permission denied.')
 
 
+def is_writable(url: URL) -> bool:
+    """Whether it is no SQLite file that can be read alone."""
+    path = file_of(url)
+    return path is None or not is_read_only(path)
+
+
 def check_writable(url: URL) -> None:
     """Refuse a database that can be read alone, before there is something to write.
 
     Raises:
         StoreError: it is an SQLite file that may not be written to, or in such a folder.
     """
-    path = file_of(url)
-    if path is not None and is_read_only(path):
+    if not is_writable(url):
         raise StoreError(_sentence(url, 'readonly', 0))
 
 

@@ -7,10 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
-from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 from likeme_inference.experience.trial import Counts, Pair
 from likeme_inference.tabletop.active_exploration import information_gain
-from likeme_inference.tabletop.domain import OUT_OF_REACH
+from likeme_inference.tabletop.domain import domain_of
 from likeme_inference.tabletop.shared_prior import fit_weights, shared_prior
 
 
@@ -26,7 +26,7 @@ class ExplorationPolicy(Protocol):
     def adaptive(self) -> bool:
         """See the class."""
 
-    def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
+    def next(self, world: World, counts: Counts, rng: np.random.Generator) -> Pair | None:
         """The next pair given the counts; None when done."""
 
 
@@ -41,9 +41,9 @@ class Systematic:
     repetitions: int = 10
     adaptive: bool = False
 
-    def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
+    def next(self, world: World, counts: Counts, rng: np.random.Generator) -> Pair | None:
         """A random one of the pairs with the fewest trials."""
-        tried = {pair: _tried(counts, pair) for pair in pairs_of(counts)}
+        tried = {pair: _tried(counts, pair) for pair in pairs_of(world, counts)}
         least = min(tried.values(), default=self.repetitions)
         if least >= self.repetitions:
             return None
@@ -61,11 +61,11 @@ class Random:
     trials: int = 540
     adaptive: bool = False
 
-    def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
+    def next(self, world: World, counts: Counts, rng: np.random.Generator) -> Pair | None:
         """A random pair."""
         if sum(int(table.sum()) for table in counts.values()) >= self.trials:
             return None
-        return _drawn(pairs_of(counts), rng)
+        return _drawn(pairs_of(world, counts), rng)
 
 
 @dataclass(frozen=True)
@@ -79,23 +79,24 @@ class InformationGain:
     trials: int = 135
     adaptive: bool = True
 
-    def next(self, counts: Counts, rng: np.random.Generator) -> Pair | None:
+    def next(self, world: World, counts: Counts, rng: np.random.Generator) -> Pair | None:
         """The pair of greatest `information_gain`; a random one of ties."""
         if sum(int(table.sum()) for table in counts.values()) >= self.trials:
             return None
         tables = np.array(list(counts.values()), dtype=np.float64)
-        prior = shared_prior(tables, fit_weights(tables, rounds=3))
-        gain = information_gain(tables + prior, rng)
-        pairs = [pair for pair in pairs_of(counts) if pair.x_i not in OUT_OF_REACH]
+        aims = tuple(int(action.target) for action in world.actions)
+        prior = shared_prior(tables, fit_weights(tables, aims, rounds=3), aims)
+        gain = information_gain(tables + prior, rng, domain=domain_of(world))
+        pairs = [pair for pair in pairs_of(world, counts) if pair.x_i not in world.out_of_reach]
         index = {name: o for o, name in enumerate(counts)}
         gains = np.array([gain[index[p.object], p.x_i, p.action] for p in pairs])
         best = np.flatnonzero(gains >= gains.max())
         return _drawn([pairs[i] for i in best], rng)
 
 
-def pairs_of(counts: Counts) -> list[Pair]:
+def pairs_of(world: World, counts: Counts) -> list[Pair]:
     """All combinations of object, initial state and action."""
-    return [Pair(name, x_i, a) for name in counts for x_i in State for a in Action]
+    return [Pair(name, x_i, a) for name in counts for x_i in world.states for a in world.actions]
 
 
 def _tried(counts: Counts, pair: Pair) -> int:

@@ -75,11 +75,12 @@ class ImitationExperience:
         tallies = self._store.tallies([self._robot], [IMITATION])
         fresh = {source_of(tally) for tally in tallies}
         kept = tuple(row for row in self._learned.rows if row.source not in fresh)
-        rows = rows_of(tallies)
+        rows = rows_of(tallies, self._store.world)
         if not rows:
             return self._learned
-        added = model_of_rows(self._learned.name, rows)
+        added = model_of_rows(self._learned.name, rows, self._store.world)
         used = {row.source for row in kept}
         sources = {key: text for key, text in self._learned.sources.items() if key in used}
         version = f'{self._learned.version}+{added.version}'
-        return RobotModel(self._learned.name, version, {**sources, **added.sources}, kept + rows)
+        sources |= added.sources
+        return RobotModel(self._learned.name, version, sources, kept + rows, added.domain)

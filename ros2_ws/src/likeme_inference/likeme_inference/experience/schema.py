@@ -1,6 +1,8 @@
 """Database tables of the experience store, schema version 1.
 
 likeme_experience   one row: the schema version
+likeme_world        one row: the world whose numbers x_i, action and x_f are; stores made before there
+                    were worlds have none and are of the default world
 likeme_trial        one row per trial, by its identity
 """
 
@@ -23,7 +25,7 @@ from sqlalchemy import (
 )
 
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 from likeme_inference.experience.trial import Pair, Place, Trial, TrialKey
 
 SCHEMA_VERSION = 1
@@ -32,6 +34,10 @@ metadata = MetaData()
 
 about = Table(
     'likeme_experience', metadata, Column('schema_version', Integer, primary_key=True)
+)  # fmt: skip
+
+world = Table(
+    'likeme_world', metadata, Column('label', String(100), primary_key=True)
 )  # fmt: skip
 
 trials = Table(
@@ -56,9 +62,9 @@ trials = Table(
         for when in ('before', 'after')
         for what in Place._fields
     ),
-    CheckConstraint(f'x_i >= 0 AND x_i < {len(State)}', name='x_i_is_a_state'),
-    CheckConstraint(f'x_f >= 0 AND x_f < {len(State)}', name='x_f_is_a_state'),
-    CheckConstraint(f'action >= 0 AND action < {len(Action)}', name='action_is_one'),
+    CheckConstraint('x_i >= 0', name='x_i_is_a_state'),
+    CheckConstraint('x_f >= 0', name='x_f_is_a_state'),
+    CheckConstraint('action >= 0', name='action_is_one'),
     Index('likeme_trial_by_pair', 'robot', 'campaign', 'object', 'x_i', 'action', 'x_f'),
 )
 
@@ -84,17 +90,17 @@ def row_of(trial: Trial) -> dict[str, Any]:
     }
 
 
-def trial_of(row: Row[Any]) -> Trial:
+def trial_of(row: Row[Any], world: World) -> Trial:
     """The trial of a row.
 
     Raises:
         ValueError: numbers without a state, action or motion outcome.
     """
     values = row._mapping
-    pair = Pair(values['object'], State(values['x_i']), Action(values['action']))
+    pair = Pair(values['object'], world.state(values['x_i']), world.action(values['action']))
     return Trial(
         TrialKey(values['robot'], values['campaign'], pair, int(values['repetition'])),
-        State(values['x_f']),
+        world.state(values['x_f']),
         MotionOutcome(values['motion']),
         int(values['seed']),
         values['version'],

@@ -8,14 +8,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, Row, func, insert, select
+from sqlalchemy import Connection, Row, func, insert, inspect, select
 from sqlalchemy.exc import IntegrityError
 
-from likeme_core.tabletop import Action, State
+from likeme_core.tabletop import State
+from likeme_core.world import World, load_world
 from likeme_inference.experience.database import (
     FOR_WRITING,
     StoreError,
     check_writable,
+    is_writable,
     open_engine,
     refusing,
     shown,
@@ -23,6 +25,7 @@ from likeme_inference.experience.database import (
 )
 from likeme_inference.experience.schema import row_of, trial_of
 from likeme_inference.experience.schema import trials as table
+from likeme_inference.experience.schema import world as world_table
 from likeme_inference.experience.trial import Pair, Trial, no_counts
 
 #: Trials per transaction; SQL statements have a limited number of parameters.
@@ -64,15 +67,50 @@ class ExperienceStore:
     """Trials in a database; several threads and processes may each open it."""
 
     def __init__(
-        self, place: str, create: bool = True, lock_timeout: float = LOCK_TIMEOUT
+        self, place: str, world: World, create: bool = True, lock_timeout: float = LOCK_TIMEOUT
     ) -> None:
-        """place: path of an SQLite file, or a database URL. create: if it does not exist.
+        """Open a store.
+
+        Args:
+            place: path of an SQLite file, or a database URL.
+            world: of its states and actions.
+            create: if it does not exist.
+            lock_timeout: to wait for other writers, s.
 
         Raises:
-            StoreError: it cannot be used, see database.open_engine.
+            StoreError: it cannot be used, see database.open_engine; or it is of another world.
         """
         self._url, self._lock_timeout = url_of(place), lock_timeout
+        self._world = world
         self._engine = open_engine(self._url, create, lock_timeout)
+        self._check_world()
+
+    def _check_world(self) -> None:
+        """Refuse a store of another world; an empty one becomes one of this world."""
+        with refusing(self._url, self._lock_timeout):
+            with self._engine.connect() as connection:
+                known = inspect(connection).has_table(world_table.name)
+                label = connection.scalar(select(world_table.c.label)) if known else None
+                if label is None and connection.scalar(select(func.count()).select_from(table)):
+                    label = load_world().label
+            if label is None and is_writable(self._url):
+                self._claim()
+        if label is not None and label != self._world.label:
+            raise StoreError(
+                f'{self.place}: expected an experience store of the world {self._world.label}, '
+                f'got one of {label}.'
+            )
+
+    def _claim(self) -> None:
+        world_table.create(self._engine, checkfirst=True)
+        with self._engine.execution_options(begin=FOR_WRITING).begin() as connection:
+            if connection.scalar(select(world_table.c.label)) is None:
+                connection.execute(insert(world_table), {'label': self._world.label})
+
+    @property
+    def world(self) -> World:
+        """The world of its states and actions."""
+        return self._world
 
     @property
     def place(self) -> str:
@@ -130,9 +168,10 @@ class ExperienceStore:
         query = query.group_by(*pair, table.c.x_f).order_by(*pair, table.c.x_f)
         with refusing(self._url, self._lock_timeout), self._engine.connect() as connection:
             rows = connection.execute(query).all()
+        states, actions = self._world.states, self._world.actions
         return tuple(
-            EndStateCount(r.robot, r.campaign, Pair(r.object, State(r.x_i), Action(r.action)),
-                  State(r.x_f), r.trials)
+            EndStateCount(r.robot, r.campaign, Pair(r.object, states[r.x_i], actions[r.action]), states[r.x_f],
+                  r.trials)
             for r in rows
         )  # fmt: skip
 
@@ -140,7 +179,7 @@ class ExperienceStore:
         self, objects: tuple[str, ...], robots: Sequence[str] = (), campaigns: Sequence[str] = ()
     ) -> dict[str, NDArray[np.int64]]:
         """Object -> counts[x_i, a, x_f] of the given objects."""
-        counts = no_counts(objects)
+        counts = no_counts(self._world, objects)
         for tally in self.tallies(robots, campaigns):
             name, x_i, action = tally.pair
             if name in counts:
@@ -172,6 +211,6 @@ class ExperienceStore:
 
     def _read(self, row: Row[Any]) -> Trial:
         try:
-            return trial_of(row)
+            return trial_of(row, self._world)
         except (ValueError, TypeError) as error:
             raise StoreError(f'{self.place}: a trial cannot be read: {error}') from error

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 
 #: Counts of one robot's trials: object -> counts[x_i, a, x_f].
 Counts = Mapping[str, NDArray[np.int64]]
@@ -139,7 +140,8 @@ class Trial:
         return self.key == other.key and mine != theirs
 
 
-def no_counts(objects: tuple[str, ...]) -> dict[str, NDArray[np.int64]]:
+def no_counts(world: World, objects: tuple[str, ...]) -> dict[str, NDArray[np.int64]]:
     """Zero counts."""
-    shape = len(State), len(Action), len(State)
+    states = len(world.states)
+    shape = states, len(world.actions), states
     return {name: np.zeros(shape, dtype=np.int64) for name in objects}

@@ -8,7 +8,7 @@ Comma-separated lines, `#` comments and empty lines anywhere, in this order:
     ...
     end,1                               trials above; detects truncated files
 
-States, actions and motions by their names in likeme_core; time in ns since the epoch; places in m
+States and actions by their names in the world file, motions by those in likeme_core; time in ns since the epoch; places in m
 and rad, base_link, empty if the object was not visible. Robot, campaign, pair and repetition are
 the key of the trial: importing it again changes nothing.
 """
@@ -17,26 +17,22 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Iterator
-from enum import IntEnum
 from pathlib import Path
 from typing import TextIO, TypeVar
 
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, State
+from likeme_core.world import World
 from likeme_inference.experience.schema import row_of
 from likeme_inference.experience.trial import Pair, Place, Trial, TrialKey
 
+Name = TypeVar('Name', State, Action, MotionOutcome)
 FORMAT = ['likeme_experience', '1']
 PLACES = [f'{when}_{what}' for when in ('before', 'after') for what in Place._fields]
 HEADER = [
     'robot', 'campaign', 'object', 'x_i', 'action', 'repetition', 'x_f', 'motion', 'seed',
     'version', 'time', *PLACES,
 ]  # fmt: skip
-ENUMS: dict[str, type[IntEnum]] = {
-    'x_i': State, 'action': Action, 'x_f': State, 'motion': MotionOutcome
-}  # fmt: skip
-
-Name = TypeVar('Name', bound=IntEnum)
 
 
 class TrialFileError(ValueError):
@@ -64,18 +60,25 @@ def write(trials: Iterable[Trial], text: TextIO) -> int:
 
 def _fields(trial: Trial) -> list[object]:
     row = row_of(trial)
-    row |= {name: kind(row[name]).name for name, kind in ENUMS.items()}
+    pair = trial.key.pair
+    names: dict[str, State | Action | MotionOutcome] = {
+        'x_i': pair.x_i,
+        'action': pair.action,
+        'x_f': trial.x_f,
+        'motion': trial.motion,
+    }
+    row |= {key: value.name for key, value in names.items()}
     return ['' if row[name] is None else row[name] for name in HEADER]
 
 
-def load(path: Path) -> tuple[Trial, ...]:
-    """Read a whole trial file.
+def load(path: Path, world: World) -> tuple[Trial, ...]:
+    """Read a whole trial file of a world.
 
     Raises:
         TrialFileError: with file, line number and reason.
     """
     try:
-        return tuple(parse(path.read_text(encoding='utf-8').splitlines()))
+        return tuple(parse(path.read_text(encoding='utf-8').splitlines(), world))
     except OSError as error:
         raise TrialFileError(f'{path}: {error.strerror}.') from error
     except UnicodeDecodeError as error:
@@ -86,7 +89,7 @@ def load(path: Path) -> tuple[Trial, ...]:
         raise TrialFileError(f'{path}: {error}') from error
 
 
-def parse(text: Iterable[str]) -> Iterator[Trial]:
+def parse(text: Iterable[str], world: World) -> Iterator[Trial]:
     """Read the lines of a trial file.
 
     Raises:
@@ -99,7 +102,7 @@ def parse(text: Iterable[str]) -> Iterator[Trial]:
         if fields[0] == 'end':
             _match((number, fields), ['end', str(count)])
             break
-        yield _trial(number, fields)
+        yield _trial(number, fields, world)
     _match(next(lines, (0, ['(end of file)'])), ['(end of file)'])
 
 
@@ -120,27 +123,30 @@ def _match(line: tuple[int, list[str]], expected: list[str]) -> None:
         )
 
 
-def _trial(number: int, fields: list[str]) -> Trial:
+def _trial(number: int, fields: list[str], world: World) -> Trial:
     if fields == ['(end of file)']:
         raise TrialFileError(f'line {number}: expected a trial or "end", but the file stops here.')
     if len(fields) != len(HEADER):
         raise TrialFileError(f'line {number}: expected {len(HEADER)} fields, got {len(fields)}.')
     row = dict(zip(HEADER, fields, strict=True))
     try:
-        pair = Pair(row['object'], _named(State, row['x_i']), _named(Action, row['action']))
+        pair = Pair(
+            row['object'], _named(world.states, row['x_i']), _named(world.actions, row['action'])
+        )
         key = TrialKey(row['robot'], row['campaign'], pair, int(row['repetition']))
         return Trial(
-            key, _named(State, row['x_f']), _named(MotionOutcome, row['motion']), int(row['seed']),
+            key, _named(world.states, row['x_f']), _named(tuple(MotionOutcome), row['motion']), int(row['seed']),
             row['version'], int(row['time']), _place(row, 'before'), _place(row, 'after'),
         )  # fmt: skip
     except ValueError as error:
         raise TrialFileError(f'line {number}: {error}') from error
 
 
-def _named(kind: type[Name], name: str) -> Name:
-    if name not in kind.__members__:
-        raise ValueError(f'expected one of {" ".join(kind.__members__)}, got {name!r}.')
-    return kind[name]
+def _named(known: tuple[Name, ...], name: str) -> Name:
+    found = {member.name: member for member in known}
+    if name not in found:
+        raise ValueError(f'expected one of {" ".join(found)}, got {name!r}.')
+    return found[name]
 
 
 def _place(row: dict[str, str], when: str) -> Place | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from likeme_core.ros import parameters
-from likeme_inference.node_settings import SETTINGS
+from likeme_core.settings import Setting
 
 Values = dict[str, Any]
 
@@ -22,6 +22,7 @@ class NodeParameters:
     def __init__(
         self,
         node: Node,
+        settings: Mapping[str, Setting],
         validate: Callable[[Values, set[str]], None],
         apply: Callable[[Values, set[str]], None],
     ) -> None:
@@ -29,12 +30,14 @@ class NodeParameters:
 
         Args:
             node: that has them.
+            settings: see node_settings.settings_of.
             validate: given all values and the names of those that change; raises ValueError to
                 reject the change.
             apply: given the same, after the parameters are set.
         """
         self._node, self._validate, self._apply = node, validate, apply
-        parameters.declare(node, SETTINGS)
+        self._settings = settings
+        parameters.declare(node, settings)
 
     def watch(self) -> None:
         """Validate and apply changes from now on."""
@@ -43,7 +46,7 @@ class NodeParameters:
 
     def values(self) -> Values:
         """All current values."""
-        return parameters.values(self._node, SETTINGS)
+        return parameters.values(self._node, self._settings)
 
     def _on_set(self, changes: list[Parameter]) -> SetParametersResult:
         new = {p.name: p.value for p in changes}

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_core.world import World
 from likeme_inference.input_sequencer import InputSequencer
 from likeme_inference.messages import motion_fields
 from likeme_inference.ros.diagnostics import SessionDiagnostics
@@ -50,7 +51,7 @@ class SessionInputs:
     """
 
     def __init__(
-        self, node: Node, replayed: bool, health: SessionDiagnostics,
+        self, node: Node, world: World, replayed: bool, health: SessionDiagnostics,
         apply: Callable[[InputValue], list[SessionEvent]],
         publish: Callable[[SessionEvent], None], last_view: Callable[[], int],
     ) -> None:  # fmt: skip
@@ -58,7 +59,7 @@ class SessionInputs:
 
         publish: takes each event. last_view: stamp of the session's newest table state, ns.
         """
-        self._logger, self._health = node.get_logger(), health
+        self._world, self._logger, self._health = world, node.get_logger(), health
         self._apply, self._publish, self._last_view = apply, publish, last_view
         self.restart(replayed)
         self._heard_pub = node.create_publisher(Heard, 'heard', QUEUE_DEPTH)
@@ -112,7 +113,7 @@ class SessionInputs:
 
     def _take_message(self, kind: InputKind, msg: Any) -> None:
         read = read_table if kind is InputKind.TABLE_STATE else read_demonstration
-        self._take(kind, partial(read, msg), header=msg.header)
+        self._take(kind, partial(read, msg, self._world), header=msg.header)
 
     def _take(self, kind: InputKind, read: Callable[[], InputValue], **fields: Any) -> None:
         events: list[SessionEvent] = []

@@ -2,7 +2,7 @@
 
 | paper | here |
 | --- | --- |
-| states, actions, goals | `Domain`; the table of the paper is `TABLETOP` |
+| states, actions, goals | `Domain`, `domain_of` a world; that of the paper is `TABLETOP` |
 | Fig 3a, Fig 7: p(X_f given X_i, A), learned from trials | `TransitionModel`, `dirichlet` |
 | Fig 3b: p(A given x_i, x_f) | `GoalModel.action_posterior` |
 | Fig 3c: p(A given G, X_i), both variants | `direct_policy`, `explored_policy`, `explore` |
@@ -15,9 +15,11 @@
 | batches of objects or models | `posterior_table`, `direct_policy`, `plan`, `spread` |
 | many states, sparse | `SparseGoalModel` |
 
-    from likeme_inference.tabletop import GoalModel, shipped, State
+    from likeme_core.world import load_world
+    from likeme_inference.tabletop import shipped
+    left, right, offtable = load_world('chung2015').states
     pear = shipped().goal_model('pear')
-    pear.goal_posterior(State.LEFT, State.RIGHT)   # array([0.02343878, 0.9684478 , 0.00811342])
+    pear.goal_posterior(left, right)   # array([0.02343878, 0.9684478 , 0.00811342])
 """
 
 from likeme_core.tabletop import Action, Manner, Mode, State
@@ -30,7 +32,7 @@ from likeme_inference.tabletop.dirichlet import (
     leave_one_out,
     sample_transitions,
 )
-from likeme_inference.tabletop.domain import TABLETOP, Policy
+from likeme_inference.tabletop.domain import TABLETOP, Policy, domain_of
 from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.goal_exploration import explore, explored_policy, reinforced
 from likeme_inference.tabletop.goal_inference import (
@@ -67,6 +69,7 @@ __all__ = [
     'choose',
     'credible_interval',
     'direct_policy',
+    'domain_of',
     'explore',
     'explored_policy',
     'help_rate',

@@ -1,10 +1,11 @@
-"""The paper's tabletop task as a Domain, and the two variants of the policy."""
+"""A tabletop world as a Domain, and the two variants of the policy."""
 
 from __future__ import annotations
 
 from enum import StrEnum
+from functools import cache
 
-from likeme_core.tabletop import Action, State
+from likeme_core.world import World, load_world
 from likeme_inference.tabletop.finite_domain import Domain
 
 
@@ -17,14 +18,16 @@ class Policy(StrEnum):
     EXPLORED = 'explored'
 
 
-#: States from which the robot cannot move an object ("our current implementation does not allow
-#: the robot to pick up objects that are located OFFTABLE").
-OUT_OF_REACH = frozenset({State.OFFTABLE})
+@cache
+def domain_of(world: World) -> Domain:
+    """The states and actions of a world as a Domain. Goals are states."""
+    return Domain(
+        states=tuple(state.name for state in world.states),
+        actions=tuple(action.name for action in world.actions),
+        aims={action.name: action.target.name for action in world.actions},
+        out_of_reach=frozenset(state.name for state in world.out_of_reach),
+    )
 
-#: The paper's tabletop. Goals are states.
-TABLETOP = Domain(
-    states=tuple(state.name for state in State),
-    actions=tuple(action.name for action in Action),
-    aims={action.name: action.target.name for action in Action},
-    out_of_reach=frozenset(state.name for state in OUT_OF_REACH),
-)
+
+#: The paper's tabletop, in which model files without further lines are.
+TABLETOP = domain_of(load_world())

@@ -100,6 +100,14 @@ class Domain:
             for goal in self.goals
         )
 
+    @cached_property
+    def state_aims(self) -> tuple[int, ...] | None:
+        """Number of the state that each action is aimed at; None if one has no such state."""
+        targets = [self.aims.get(action) for action in self.actions]
+        if not all(self.goals.get(goal or '') == (goal,) for goal in targets):
+            return None
+        return tuple(self.states.index(goal) for goal in targets if goal is not None)
+
     def state(self, name: str) -> int:
         """Number of a state."""
         return _number('state', name, self.states)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from likeme_core.observations import Demonstration, TableSnapshot
-from likeme_core.tabletop import Action, Mode, State
+from likeme_core.tabletop import Mode
+from likeme_core.world import World, load_world
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import choose
 from likeme_inference.tabletop.domain import Policy
@@ -30,7 +31,8 @@ class ImitationSettings:
             the paper.
         shared_prior: whether a prior fitted to the trials of all objects is used instead.
         soft_evidence: whether perception's probabilities of x_i and x_f are used, or their modes.
-        goal_prior: P(G), indexed by State; sums to 1.
+        world: its states and actions.
+        goal_prior: P(G), indexed by the states; sums to 1. Empty: uniform.
         turn_timeout: s of stamps in which the object must be put back after a demonstration.
         turn_delay: s of stamps for which the object must be settled off the goal before the robot
             decides, so that a demonstration that is still being processed arrives first; 0 once
@@ -38,6 +40,7 @@ class ImitationSettings:
         outcome_timeout: s of stamps in which a settled table state must follow the motion.
     """
 
+    world: World = field(default_factory=load_world)
     mode: Mode = Mode.INTERACTIVE
     threshold: float = 0.5
     action_budget: int = 3
@@ -45,7 +48,7 @@ class ImitationSettings:
     concentration: float = 0.0
     shared_prior: bool = False
     soft_evidence: bool = True
-    goal_prior: tuple[float, ...] = (1 / 3, 1 / 3, 1 / 3)
+    goal_prior: tuple[float, ...] = ()
     turn_timeout: float = 60.0
     turn_delay: float = 0.5
     outcome_timeout: float = 10.0
@@ -53,10 +56,11 @@ class ImitationSettings:
     def __post_init__(self) -> None:
         object.__setattr__(self, 'mode', Mode(self.mode))
         object.__setattr__(self, 'policy', Policy(self.policy))
-        object.__setattr__(self, 'goal_prior', tuple(self.goal_prior))
-        if len(self.goal_prior) != len(State) or not all(p >= 0 for p in self.goal_prior):
+        count = len(self.world.states)
+        object.__setattr__(self, 'goal_prior', tuple(self.goal_prior) or (1 / count,) * count)
+        if len(self.goal_prior) != count or not all(p >= 0 for p in self.goal_prior):
             raise ValueError(
-                f'Expected {len(State)} probabilities of 0 or more, got {list(self.goal_prior)}.'
+                f'Expected {count} probabilities of 0 or more, got {list(self.goal_prior)}.'
             )
         if not math.isclose(sum(self.goal_prior), 1.0, abs_tol=1e-6):
             raise ValueError(f'Expected probabilities to sum to 1, got {sum(self.goal_prior):g}.')
@@ -83,7 +87,7 @@ def believe(model: RobotModel, settings: ImitationSettings, demo: Demonstration)
         )
     )
     posterior = _goal_model(model, settings, demo.object).goal_posterior(x_i, x_f)
-    goal = State(map_goal(posterior, demo.x_f))
+    goal = settings.world.states[map_goal(posterior, demo.x_f)]
     return GoalBelief(
         stamp=demo.stamp,
         frame=demo.frame,
@@ -94,7 +98,7 @@ def believe(model: RobotModel, settings: ImitationSettings, demo: Demonstration)
         posterior=tuple(posterior.tolist()),
         goal=goal,
         model=model.label,
-        sentence=sentences.belief(demo, posterior.tolist(), goal),
+        sentence=sentences.belief(settings.world, demo, posterior.tolist(), goal),
     )
 
 
@@ -117,8 +121,10 @@ def decide(
     x_i, goal, mode, tau = view.states[demo.object], belief.goal, settings.mode, settings.threshold
     left = max(0, settings.action_budget - actions_spent)
     known = _goal_model(model, settings, demo.object)
-    choice = choose(known, x_i, goal, demo.action, mode, tau, left)
-    action = None if choice.action is None else Action(choice.action)
+    world = settings.world
+    copied = world.action_of(demo.manner, demo.x_f)
+    choice = choose(known, x_i, goal, copied, mode, tau, left)
+    action = None if choice.action is None else world.actions[choice.action]
     return Decision(
         stamp=view.stamp,
         frame=view.frame,
@@ -133,7 +139,7 @@ def decide(
         threshold=tau,
         policy=settings.policy,
         model=model.label,
-        sentence=sentences.decision(choice, demo.object, x_i, goal, mode, tau),
+        sentence=sentences.decision(world, choice, demo.object, x_i, goal, mode, tau),
     )
 
 

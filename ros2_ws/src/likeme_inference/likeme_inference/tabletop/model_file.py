@@ -28,15 +28,27 @@ import io
 from importlib import resources
 from pathlib import Path
 
-from likeme_inference.tabletop.domain import TABLETOP
+from likeme_core.world import World
+from likeme_core.world.file import DEFAULT_WORLD
+from likeme_inference.tabletop.domain import TABLETOP, domain_of
 from likeme_inference.tabletop.model_parser import FORMAT, ModelFileError, header, parse
 from likeme_inference.tabletop.robot_model import RobotModel
 
 
-def shipped() -> RobotModel:
-    """Read the default model: the 540 trials of the paper's own robot."""
-    data = resources.files('likeme_inference').joinpath('data', 'chung2015_robot.csv')
-    return parse(data.read_text(encoding='utf-8'))
+def shipped(world: World | None = None) -> RobotModel:
+    """Read the model shipped for a world; None: the 540 trials of the paper's own robot.
+
+    Raises:
+        ModelFileError: none is shipped for the world.
+    """
+    name = DEFAULT_WORLD if world is None else world.name
+    file = resources.files('likeme_inference').joinpath('data', f'{name}_robot.csv')
+    if not file.is_file():
+        raise ModelFileError(
+            f'Expected a model file of the world {name}, got none: no model is shipped for it. '
+            f'Learn one: learn.sh --offline --world {name}.'
+        )
+    return parse(file.read_text(encoding='utf-8'))
 
 
 def load(path: str | Path) -> RobotModel:
@@ -58,24 +70,25 @@ def load(path: str | Path) -> RobotModel:
         raise ModelFileError(f'{path}: {error}') from error
 
 
-def load_tabletop(path: str | Path) -> RobotModel:
-    """Read a model of the paper's tabletop.
+def load_tabletop(path: str | Path, world: World) -> RobotModel:
+    """Read a model of a world.
 
     Raises:
-        ModelFileError: as `load`; or another domain than TABLETOP; or no object.
+        ModelFileError: as `load`; or other states or actions than the world's; or no object.
     """
     model = load(path)
-    ours, theirs = TABLETOP, model.domain
+    ours, theirs = domain_of(world), model.domain
     if (theirs.states, theirs.actions) != (ours.states, ours.actions):
         raise ModelFileError(
-            f'{path}: expected the states {", ".join(ours.states)} and the actions '
+            f'{path}: expected a model of the world {world.name}, with the states '
+            f'{", ".join(ours.states)} and the actions '
             f'{", ".join(ours.actions)}, got {", ".join(theirs.states)} and '
             f'{", ".join(theirs.actions)}.'
         )
     if theirs != ours:
         raise ModelFileError(
-            f'{path}: expected no lines goal, aim and out_of_reach but those of the tabletop, '
-            'which may be left out, got others.'
+            f'{path}: expected the lines goal, aim and out_of_reach of the world '
+            f'{world.name}, got others.'
         )
     if not model.objects:
         raise ModelFileError(f'{path}: expected rows of at least one object, got none.')

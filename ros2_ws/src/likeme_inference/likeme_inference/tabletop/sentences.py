@@ -9,15 +9,16 @@ from collections.abc import Sequence
 
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor, MotionOutcome
-from likeme_core.tabletop import Action, Manner, Mode, State
+from likeme_core.tabletop import Action, Mode, State
+from likeme_core.world import World
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks
 from likeme_inference.tabletop.values import Decision, Result
 
 
-def belief(demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
+def belief(world: World, demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
     """Describe a demonstration and the inferred goal."""
-    how = 'placed' if demo.manner is Manner.PLACE else 'pushed'
-    rest = ', '.join(f'{g.name} {posterior[g]:.2f}' for g in State if g is not goal)
+    how = demo.manner.handling.past
+    rest = ', '.join(f'{g.name} {posterior[g]:.2f}' for g in world.states if g != goal)
     return (
         f'I saw the {demo.object} being {how} from {demo.x_i.name} to {demo.x_f.name}: '
         f'it is wanted {goal.name} (p = {posterior[goal]:.2f}; {rest}).'
@@ -25,7 +26,13 @@ def belief(demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
 
 
 def decision(
-    choice: Choice, name: str, x_i: State, goal: State, mode: Mode, threshold: float
+    world: World,
+    choice: Choice,
+    name: str,
+    x_i: State,
+    goal: State,
+    mode: Mode,
+    threshold: float,
 ) -> str:
     """Describe a choice and its reason."""
     if choice.kind is Kind.AT_GOAL:
@@ -33,7 +40,8 @@ def decision(
     here = f'The {name} is {x_i.name} and wanted {goal.name}'
     if choice.kind is Kind.NO_ACTION or choice.action is None:
         return f'{here}, but I know no action that takes it there: I leave it.'
-    best, works = Action(choice.action).name, f'works with p = {choice.predicted_success:.2f}'
+    best = world.actions[choice.action].name
+    works = f'works with p = {choice.predicted_success:.2f}'
     if mode is Mode.SEQUENTIAL:
         return _planned(here, best, works, choice, threshold)
     if choice.kind is Kind.ASK_HUMAN:

@@ -9,21 +9,17 @@ deviation 1) around the start values: one pseudo-count each for the initial and 
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import gammaln
 
-from likeme_core.tabletop import Action
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import aimed_prior
 
 #: Factors of the coordinate search.
 STEPS = (2.0, 1.3)
-_AIMS = tuple(int(action.target) for action in Action)
-_STAY, _AIMED, _ELSEWHERE = (
-    aimed_prior(3, _AIMS, *(float(i == j) for j in range(3))) for i in range(3)
-)
 
 
 class PriorWeights(NamedTuple):
@@ -38,43 +34,63 @@ class PriorWeights(NamedTuple):
 START = PriorWeights(*(np.asarray(w) for w in (1.0, 1.0, 0.1, 0.1)))
 
 
-def shared_prior(counts: FloatArray, weights: PriorWeights) -> FloatArray:
-    """Pseudo-counts for counts[..., object, x_i, a, x_f], of the same shape."""
+def shared_prior(counts: FloatArray, weights: PriorWeights, aims: tuple[int, ...]) -> FloatArray:
+    """Pseudo-counts for counts[..., object, x_i, a, x_f], of the same shape.
+
+    aims: target state of each action, shape [a].
+    """
     stay, aimed, elsewhere, share = (np.asarray(w)[..., None, None, None, None] for w in weights)
     others = counts.sum(axis=-4, keepdims=True) - counts
-    own = stay * _STAY + aimed * _AIMED + elsewhere * _ELSEWHERE
+    stays, aimed_at, rest = _patterns(counts.shape[-1], aims)
+    own = stay * stays + aimed * aimed_at + elsewhere * rest
     return np.asarray(own + share * others)
 
 
-def fit_weights(counts: FloatArray, start: PriorWeights = START, rounds: int = 1) -> PriorWeights:
+@cache
+def _patterns(states: int, aims: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where a transition stays, reaches the aim, or does neither: 1 or 0, shape [x_i, a, x_f]."""
+    stays, aimed, elsewhere = (
+        aimed_prior(states, aims, *(float(i == j) for j in range(3))) for i in range(3)
+    )
+    return stays, aimed, elsewhere
+
+
+def fit_weights(
+    counts: FloatArray, aims: tuple[int, ...], start: PriorWeights = START, rounds: int = 1
+) -> PriorWeights:
     """The weights after `rounds` of coordinate search from `start`.
 
     counts: [..., object, x_i, a, x_f]; one search per element of the leading axes.
     """
     lead = counts.shape[:-4]
     weights = PriorWeights(*(np.array(np.broadcast_to(w, lead)) for w in start))
-    best = _log_posterior(counts, weights)
+    best = _log_posterior(counts, weights, aims)
     for _ in range(rounds):
         for step in STEPS:
             for name in PriorWeights._fields:
                 for factor in (step, 1 / step):
-                    weights, best = _moved(counts, weights, best, name, factor)
+                    weights, best = _moved(counts, aims, weights, best, name, factor)
     return weights
 
 
 def _moved(
-    counts: FloatArray, weights: PriorWeights, best: FloatArray, name: str, factor: float
+    counts: FloatArray,
+    aims: tuple[int, ...],
+    weights: PriorWeights,
+    best: FloatArray,
+    name: str,
+    factor: float,
 ) -> tuple[PriorWeights, FloatArray]:
     """Multiply one weight by `factor` where that increases the log posterior."""
     tried = weights._replace(**{name: getattr(weights, name) * factor})
-    score = _log_posterior(counts, tried)
+    score = _log_posterior(counts, tried, aims)
     better = score > best
     kept = PriorWeights(*(np.where(better, n, o) for n, o in zip(tried, weights, strict=True)))
     return kept, np.asarray(np.where(better, score, best))
 
 
-def _log_posterior(counts: FloatArray, weights: PriorWeights) -> FloatArray:
-    alpha = shared_prior(counts, weights)
+def _log_posterior(counts: FloatArray, weights: PriorWeights, aims: tuple[int, ...]) -> FloatArray:
+    alpha = shared_prior(counts, weights, aims)
     total, trials = alpha.sum(axis=-1), counts.sum(axis=-1)
     rows = (gammaln(alpha + counts) - gammaln(alpha)).sum(axis=-1)
     rows = rows - gammaln(total + trials) + gammaln(total)

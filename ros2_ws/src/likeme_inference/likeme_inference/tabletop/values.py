@@ -1,7 +1,7 @@
 """Results of an imitation session, with the fields of the messages.
 
 Stamps are ROS time in ns; `frame` is the frame_id of the header a stamp came with. Probabilities
-are tuples indexed by State or Action.
+are tuples indexed by the numbers of states or actions.
 """
 
 from __future__ import annotations

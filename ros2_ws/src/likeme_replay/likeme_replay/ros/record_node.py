@@ -28,6 +28,8 @@ from rosbags.interfaces import (
     QosTime,
 )
 
+from likeme_core.ros.qos import LATCHED
+from likeme_msgs.msg import World
 from likeme_replay import recorded_parameters
 from likeme_replay.message_definitions import UnknownTypeError, definitions
 from likeme_replay.recording_writer import ReceivedMessage, RecordedTopic, Recording
@@ -45,7 +47,7 @@ class RecordNode(Node):
     """Subscribes to topics as soon as they have a publisher.
 
     Subscribes: the wanted topics, raw, with QoS that suits all their publishers.
-    Reads: the parameters of perception_node, inference_node and arm_driver.
+    Reads: the topic world, and the parameters of perception_node, inference_node and arm_driver.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class RecordNode(Node):
         self._recorded_parameters: recorded_parameters.Parameters = {}
         self.unusable: dict[str, str] = {}
         self.lost: Counter[str] = Counter()
+        self.create_subscription(World, 'world', self._on_world, LATCHED)
         self.create_timer(DISCOVERY_PERIOD, self._discover)
 
     @property
@@ -136,6 +139,9 @@ class RecordNode(Node):
         self._recording.set_metadata(
             recorded_parameters.KEY, json.dumps(self._recorded_parameters, default=list)
         )
+
+    def _on_world(self, world: World) -> None:
+        self._recording.set_metadata(recorded_parameters.WORLD_KEY, f'{world.name}@{world.digest}')
 
 
 class RecordingGaps(NamedTuple):
