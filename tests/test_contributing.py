@@ -14,11 +14,9 @@ import pytest
 import yaml
 
 from likeme_arm_sim.cell import Cell, CellSettings
-from likeme_core.paper_world import RIGHT, WORLD
-from likeme_inference.tabletop.model_file import load_tabletop
-from likeme_perception.catalogue import load_catalogue
-from likeme_perception.config import config_from
-from likeme_perception.state_probability import regions_of
+from likeme_core.paper_world import WORLD
+from likeme_core.world import load_world
+from likeme_core.world.file import world_path
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8')
@@ -61,11 +59,12 @@ def test_add_an_exploration_policy(changed: dict[str, str]) -> None:
     code = """
 from itertools import count
 import numpy as np
+from likeme_core.paper_world import WORLD
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_inference.experience.trial import no_counts
-policy = campaign_of('offline', 'robot', 1, ('pear',), PolicyName('sweep'), 1, None).policy
-counts, rng, chosen = no_counts(('pear',)), np.random.default_rng(1), 0
-while (pair := policy.next(counts, rng)) is not None:
+policy = campaign_of(WORLD, 'offline', 'robot', 1, ('pear',), PolicyName('sweep'), 1, None).policy
+counts, rng, chosen = no_counts(WORLD, ('pear',)), np.random.default_rng(1), 0
+while (pair := policy.next(WORLD, counts, rng)) is not None:
     counts[pair.object][pair.x_i, pair.action, 0] += 1
     chosen += 1
 print(chosen)
@@ -77,8 +76,10 @@ print(chosen)
 def test_add_a_parameter(changed: dict[str, str]) -> None:
     code = """
 from likeme_core.settings import defaults
-from likeme_inference.node_settings import SETTINGS
-print(defaults(SETTINGS)['quiet_time'], SETTINGS['quiet_time'].limits)
+from likeme_core.paper_world import WORLD
+from likeme_inference.node_settings import settings_of
+settings = settings_of(WORLD)
+print(defaults(settings)['quiet_time'], settings['quiet_time'].limits)
 """
     assert run(code, changed) == '0.0 (0, 60)'
 
@@ -91,25 +92,34 @@ def test_add_an_object(tmp_path: Path) -> None:
     command = [sys.executable, '-m', 'likeme_perception.look', colour, depth, '--learn', 'lime']
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    catalogue = tmp_path / 'catalogue.yaml'
-    entry = yaml.safe_load(done.stdout)
-    catalogue.write_text(yaml.safe_dump(entry if 'objects' in entry else {'objects': entry}))
-    assert [known.name for known in load_catalogue(catalogue).objects] == ['lime']
-
-    shipped = ROOT / 'ros2_ws/src/likeme_inference/likeme_inference/data/chung2015_robot.csv'
-    model = tmp_path / 'model.csv'
-    rows = shipped.read_text('utf-8').splitlines(keepends=True)
-    limes = [line.replace('lemon', 'lime') for line in rows if line.startswith('lemon')]
-    end = next(number for number, line in enumerate(rows) if line.startswith('end'))
-    text = ''.join([*rows[:end], *limes[:4], 'end,58,580\n'])
-    model.write_text(text, encoding='utf-8')
-    known = load_tabletop(model).objects
-    assert set(known) == {'pear', 'lemon', 'chicken', 'lime'}
-    assert known['lime'].counts.sum() < known['lemon'].counts.sum()
+    looks = yaml.safe_load(done.stdout)
+    path = tmp_path / 'limes.yaml'
+    assert run(f"""
+from likeme_bringup.world_commands import new
+from pathlib import Path
+new(Path({str(path)!r}))
+""", dict(os.environ)).startswith('Written')
+    text = yaml.safe_load(path.read_text(encoding='utf-8'))
+    entry = looks[0] if isinstance(looks, list) else looks
+    text['objects'].append(entry if 'name' in entry else {'name': 'lime', 'looks': entry['lime']})
+    path.write_text(yaml.safe_dump(text), encoding='utf-8')
+    assert load_world(str(path)).objects[-1] == 'lime'
 
 
-def test_move_a_region() -> None:
-    config = config_from({'blue_line_y': 0.1})
-    assert config.table is not None
-    regions = regions_of(config, config.table)
-    assert regions.state_of(0.44, 0.05) == RIGHT
+def test_add_a_region_and_an_action(tmp_path: Path) -> None:
+    path = tmp_path / 'tray.yaml'
+    text = yaml.safe_load(world_path('chung2015').read_text(encoding='utf-8'))
+    text['name'] = 'tray'
+    text['objects'] = [entry for entry in text['objects'] if 'looks' in entry]
+    for entry in text['objects']:
+        entry.pop('simulation', None)
+    text['regions'].insert(0, {
+        'name': 'TRAY',
+        'rectangle': {'x': [0.62, 0.66], 'y': [0.0, 0.1]},
+        'place': [0.64, 0.05],
+    })  # fmt: skip
+    text['actions'].append({'name': 'PLACE_TRAY', 'manner': 'place', 'target': 'TRAY'})
+    path.write_text(yaml.safe_dump(text), encoding='utf-8')
+    world = load_world(str(path))
+    assert [int(state) for state in world.states] == [0, 1, 2, 3]
+    assert world.action('place_tray').target == world.state('TRAY') == 0
