@@ -138,7 +138,11 @@ def test_reset_takes_places(cell: StandIn) -> None:
     )
     assert answer.returncode == 0, answer.stderr
     request = cell.asked.pop()
-    assert (request.objects, list(request.states), request.seed) == (['pear', 'lemon'], [0, 2], 3)
+    assert (request.objects, list(request.states), request.seed) == (
+        ['pear', 'lemon'],
+        ['left', 'offtable'],
+        3,
+    )
 
 
 def test_hold(cell: StandIn) -> None:
@@ -154,9 +158,9 @@ def test_a_service_that_is_not_there_is_exit_code_3(cell: StandIn) -> None:
 @pytest.mark.parametrize(
     'words',
     [
-        ('arm', 'throw', 'pear'),
+        ('arm', 'push_left'),
         ('show', 'pear', 'left'),
-        ('cell', 'reset', 'pear=up'),
+        ('cell', 'reset', 'pear='),
         ('cell', 'dance'),
         ('arm', 'push_left', 'pear', '--domain', '400'),
     ],

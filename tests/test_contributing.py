@@ -94,11 +94,14 @@ def test_add_an_object(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     looks = yaml.safe_load(done.stdout)
     path = tmp_path / 'limes.yaml'
-    assert run(f"""
+    assert run(
+        f"""
 from likeme_bringup.world_commands import new
 from pathlib import Path
 new(Path({str(path)!r}))
-""", dict(os.environ)).startswith('Written')
+""",
+        dict(os.environ),
+    ).startswith('Written')
     text = yaml.safe_load(path.read_text(encoding='utf-8'))
     entry = looks[0] if isinstance(looks, list) else looks
     text['objects'].append(entry if 'name' in entry else {'name': 'lime', 'looks': entry['lime']})

@@ -20,7 +20,7 @@ def test_initial_states_are_read() -> None:
     given = initial_states(['pear:left'], WORLD)
     assert given == {'pear': LEFT, 'lemon': LEFT, 'chicken': RIGHT}
     for wrong in ('pear=LEFT', 'apple:LEFT', 'pear:UP'):
-        with pytest.raises(ValueError, match='Expected .*, got '):
+        with pytest.raises(ValueError, match=r'Expected .*, got '):
             initial_states([wrong], WORLD)
 
 

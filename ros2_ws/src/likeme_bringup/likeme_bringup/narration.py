@@ -40,15 +40,16 @@ def demonstration(world: World, demo: Any) -> str:
     seconds = (demo.end.sec - demo.start.sec) + (demo.end.nanosec - demo.start.nanosec) * 1e-9
     return (
         f'A hand came, the {demo.object} went from {state_name(world, demo.x_i)} to'
-        f' {state_name(world, demo.x_f)}, and the hand left, all in {seconds:.1f} s. It was {manner}'
-        f' (p = {demo.manner_probability:.2f}): it rose {demo.rise * 100:.0f} cm.'
+        f' {state_name(world, demo.x_f)}, and the hand left, all in {seconds:.1f} s. It was'
+        f' {manner} (p = {demo.manner_probability:.2f}): it rose {demo.rise * 100:.0f} cm.'
     )
 
 
 def belief(world: World, goal_belief: Any) -> str:
     """The inferred goal, from a GoalBelief."""
     return (
-        f'So the person probably wants the {goal_belief.object} {state_name(world, goal_belief.goal)}:'
+        f'So the person probably wants the {goal_belief.object}'
+        f' {state_name(world, goal_belief.goal)}:'
         f' P(G | x_i, x_f) = {distribution(world, goal_belief.posterior)}.'
     )
 

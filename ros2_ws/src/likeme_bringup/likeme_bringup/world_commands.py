@@ -1,4 +1,4 @@
-"""Command `world`: check a world file, draw it, start a new one, measure what objects look like."""
+"""Command `world`: check, draw and start world files, measure what objects look like."""
 
 from __future__ import annotations
 

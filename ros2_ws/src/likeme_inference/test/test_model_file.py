@@ -98,7 +98,8 @@ def test_models_of_other_domains(tmp_path: Path) -> None:
     [
         (
             KITCHEN,
-            r'a model of the world chung2015, with the states LEFT, .* got board, pan, plate, floor',
+            r'a model of the world chung2015, with the states LEFT, .* '
+            r'got board, pan, plate, floor',
         ),
         (
             GOOD.replace('object,x_i', 'goal,TIDY,LEFT\nobject,x_i'),

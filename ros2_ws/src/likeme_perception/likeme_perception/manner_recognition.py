@@ -7,20 +7,22 @@ from math import exp
 
 from likeme_core.tabletop import Manner
 
-#: Rise of what people set down somewhere else, and how much less than the height of its fall an
-#: object rises that is let fall, m; measured with the simulated person (0.10 to 0.11, 0.03 to 0.05).
+#: Rise of what people set down somewhere else, and by how much less than its height of fall an
+#: object rises that is let fall, m; measured with the simulated person (0.10 to 0.11,
+#: 0.03 to 0.05).
 CARRIED, BELOW_GRASP = 0.105, 0.04
 
 
 def manner_probability(
     rise: float, place_rise: float, scale: float, manners: Sequence[Manner]
 ) -> dict[Manner, float]:
-    """p(manner) of a rise (m) above where the object lay; sums to 1.
+    """p(manner) of a rise above where the object lay; sums to 1.
 
     An object that was slid does not rise; one that was let fall rose to about the manner's height
     of fall. Between two manners lies a logistic transition.
 
     Args:
+        rise: m.
         place_rise: at which sliding and lifting are equally likely, m.
         scale: width of every transition, m.
         manners: that the world's actions have; PLACE and PUSH are always considered.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import erf, exp, pi, sqrt
 
 import numpy as np
@@ -83,7 +84,7 @@ def _below_side(start: np.ndarray, end: np.ndarray) -> float:
     if x0 != x1:
         cuts += [float(np.clip((far - x0) / (x1 - x0), 0.0, 1.0)) for far in (-_FAR, _FAR)]
     cuts.sort()
-    return sum(_piece(x0, y0, x1, y1, a, b) for a, b in zip(cuts, cuts[1:], strict=False) if b > a)
+    return sum(_piece(x0, y0, x1, y1, a, b) for a, b in pairwise(cuts) if b > a)
 
 
 def _piece(x0: float, y0: float, x1: float, y1: float, a: float, b: float) -> float:

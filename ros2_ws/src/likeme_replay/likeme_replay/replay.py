@@ -81,8 +81,8 @@ def replay(
         options = ReplayOptions(
             bag, rate, start, end, loop, pause, tuple(topics or ()),
             parse_pairs(remap or (), '--remap'), parse_pairs(type_map or (), '--type-map'), clock,
-            read_yaml(qos) if qos else {}, lockstep or bool(log), offline, log, params, world, running,
-            domain,
+            read_yaml(qos) if qos else {}, lockstep or bool(log), offline, log, params, world,
+            running, domain,
         )  # fmt: skip
         options.check()
     with _error_messages(failed=1):

@@ -50,7 +50,8 @@ def _names(data: Mapping[str, Any]) -> Iterator[tuple[Keys, str]]:
         if region['name'].upper() == UNKNOWN:
             yield (
                 ('regions', index, 'name'),
-                f"Expected a name other than {UNKNOWN}, which means not known, got '{region['name']}'.",
+                f'Expected a name other than {UNKNOWN}, which means not known, '
+                f"got '{region['name']}'.",
             )
     elsewhere = [index for index, region in enumerate(data['regions']) if 'elsewhere' in region]
     if len(elsewhere) != 1:

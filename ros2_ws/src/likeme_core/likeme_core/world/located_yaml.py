@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
@@ -40,7 +40,7 @@ class LocatedYaml:
 class _Yaml12Loader(_Loader):  # type: ignore[misc]
     """Reads scalars as YAML 1.2: OFF, no and y are names, 1e-3 is a number."""
 
-    yaml_implicit_resolvers = {
+    yaml_implicit_resolvers: ClassVar[dict[str, list[Any]]] = {
         first: [
             (tag, pattern) for tag, pattern in resolvers if not tag.endswith((':bool', ':float'))
         ]

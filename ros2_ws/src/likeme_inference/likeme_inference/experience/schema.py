@@ -1,8 +1,8 @@
 """Database tables of the experience store, schema version 1.
 
 likeme_experience   one row: the schema version
-likeme_world        one row: the world whose numbers x_i, action and x_f are; stores made before there
-                    were worlds have none and are of the default world
+likeme_world        one row: the world whose numbers x_i, action and x_f are; older stores
+                    have none and are of the default world
 likeme_trial        one row per trial, by its identity
 """
 

@@ -170,8 +170,13 @@ class ExperienceStore:
             rows = connection.execute(query).all()
         states, actions = self._world.states, self._world.actions
         return tuple(
-            EndStateCount(r.robot, r.campaign, Pair(r.object, states[r.x_i], actions[r.action]), states[r.x_f],
-                  r.trials)
+            EndStateCount(
+                r.robot,
+                r.campaign,
+                Pair(r.object, states[r.x_i], actions[r.action]),
+                states[r.x_f],
+                r.trials,
+            )
             for r in rows
         )  # fmt: skip
 

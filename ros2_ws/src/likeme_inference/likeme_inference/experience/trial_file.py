@@ -8,9 +8,9 @@ Comma-separated lines, `#` comments and empty lines anywhere, in this order:
     ...
     end,1                               trials above; detects truncated files
 
-States and actions by their names in the world file, motions by those in likeme_core; time in ns since the epoch; places in m
-and rad, base_link, empty if the object was not visible. Robot, campaign, pair and repetition are
-the key of the trial: importing it again changes nothing.
+States and actions by their names in the world file, motions by those in likeme_core; time in ns
+since the epoch; places in m and rad, base_link, empty if the object was not visible. Robot,
+campaign, pair and repetition are the key of the trial: importing it again changes nothing.
 """
 
 from __future__ import annotations
@@ -135,7 +135,8 @@ def _trial(number: int, fields: list[str], world: World) -> Trial:
         )
         key = TrialKey(row['robot'], row['campaign'], pair, int(row['repetition']))
         return Trial(
-            key, _named(world.states, row['x_f']), _named(tuple(MotionOutcome), row['motion']), int(row['seed']),
+            key, _named(world.states, row['x_f']),
+            _named(tuple(MotionOutcome), row['motion']), int(row['seed']),
             row['version'], int(row['time']), _place(row, 'before'), _place(row, 'after'),
         )  # fmt: skip
     except ValueError as error:

@@ -15,7 +15,8 @@ from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 
 #: Default pseudo-count of every final state. Maximises the leave-one-out likelihood of the 360
-#: real trials from states within reach: -189.0 nats (0.01: -194.3, 1: -213.4; `aimed_prior`: -184.8).
+#: real trials from states within reach: -189.0 nats (0.01: -194.3, 1: -213.4;
+#: `aimed_prior`: -184.8).
 CONCENTRATION = 0.09
 #: Pseudo-counts of `aimed_prior` that maximise the same likelihood.
 STAY, AIMED, ELSEWHERE = 0.8, 1.35, 0.05
