@@ -2,7 +2,8 @@
 
 Equal events give equal bytes: keys in the order of the messages' fields, times as integer
 nanoseconds, numbers to nine significant digits (the last bits depend on the processor), NaN as
-null. Neither the wall clock nor the machine is in it.
+null. Neither the wall clock nor the machine is in it, nor the label of the world: bags from before
+worlds have none, and a bag holds one world only, which its custom data names.
 """
 
 from __future__ import annotations
@@ -70,8 +71,8 @@ def entry_of_event(event: Demonstration | GoalBelief | Decision | Outcome) -> Lo
 
 
 def entry_of_message(event: LogEvent, message: Any, names: Iterable[str]) -> LogEntry:
-    """The entry of a message (of any library) with these fields, `header` first."""
-    fields = {name: getattr(message, name) for name in names if name != 'header'}
+    """The entry of a message (of any library) with these fields, but for the world's label."""
+    fields = {name: getattr(message, name) for name in names if name not in ('header', 'world')}
     header = message.header
     return LogEntry(event, stamp_ns(header.stamp), {'frame_id': header.frame_id} | fields)
 
