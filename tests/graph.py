@@ -27,6 +27,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from likeme_core.processes import die_with_parent
+
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 #: s in which a node process must have ended after SIGINT.
 GRACE = 30.0
@@ -35,7 +37,10 @@ SLACK = 5
 
 
 class NodeProcess:
-    """A process of the graph, in a process group of its own, with all it says in a file."""
+    """A process of the graph, in a process group of its own, with all it says in a file.
+
+    The kernel ends it with this process, so that no node of an interrupted test is left.
+    """
 
     def __init__(self, command: list[str], log: Path, env: Mapping[str, str]) -> None:
         self.log = log
@@ -47,6 +52,7 @@ class NodeProcess:
                 stderr=subprocess.STDOUT,
                 env=dict(env),
                 start_new_session=True,
+                preexec_fn=die_with_parent(os.getpid()),
             )
 
     @property
