@@ -14,7 +14,8 @@
 #   --model FILE        another transition model
 #   --out DIR           folder for the picture and the log of the nodes (default: out/demo)
 #
-# Exit codes: 0 every act reached the goal that was shown, 1 one did not, 2 usage.
+# Exit codes: 0 every act reached the goal that was shown, 1 one did not, 2 usage,
+# 130 Ctrl-C or SIGTERM.
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)

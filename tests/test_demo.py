@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import cv2
+import psutil
 import pytest
+
+from graph import Graph
 
 pytestmark = [pytest.mark.graph, pytest.mark.slow]
 
@@ -87,3 +92,16 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     told = demo(tmp_path / 'file' / 'out')
     assert told.returncode == 2
     assert 'Not a directory' in told.stderr
+
+
+def test_sigterm_ends_the_demo_and_its_cell(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        demo = graph.start('likeme_bringup.demo', '--out', str(tmp_path))
+        graph.until(lambda: 'The cell is ready' in demo.said, 60, 'the cell')
+        children = psutil.Process(demo.pid).children(recursive=True)
+        assert len(children) == 4, children
+        os.kill(demo.pid, signal.SIGTERM)
+        assert demo.wait(30) == 130, demo.said
+    assert demo.said.endswith('The demo stops here. Interrupted.\n')
+    assert 'Traceback' not in demo.said
+    assert not [child for child in children if child.is_running()]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import getpass
 import os
 import select
+import signal
 import subprocess
 import sys
 import time
@@ -27,6 +28,7 @@ from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
 from likeme_core.cli import WORLD_DEFAULT, WorldOption
 from likeme_core.instance_lock import is_free
+from likeme_core.interrupt import deferred_interrupt
 from likeme_core.processes import die_with_parent, interrupt
 from likeme_core.tabletop import Manner
 from likeme_core.world import World
@@ -35,6 +37,7 @@ from likeme_inference.node_settings import read_model
 
 console = Console(highlight=False, soft_wrap=False)
 CELL_EXIT_TIMEOUT = 20.0
+INTERRUPTED = 130
 # Between two checks that the demo still goes on while it waits for the keyboard, s.
 POLL_PERIOD = 0.2
 
@@ -75,19 +78,45 @@ def main(
     """Run the paper's example: the robot watches, infers the goal, acts its own way, or asks.
 
     Exit code 0: every act reached the goal that was shown. 1: one did not, or the demo stopped.
+    130: Ctrl-C or SIGTERM.
     """
     acts = _acts(world, object_, show, member(Manner, by))
     _check_model(world, model, acts)
     log = _log_in(out)
+    try:
+        with deferred_interrupt(signal.SIGINT, signal.SIGTERM) as check_signal:
+            reached = _run(world, acts, seed, operator, model, log, check_signal)
+    except KeyboardInterrupt:
+        _tell('The demo stops here. Interrupted.')
+        raise typer.Exit(INTERRUPTED) from None
+    raise typer.Exit(0 if reached else 1)
+
+
+def _run(
+    world: World,
+    acts: Sequence[DemoAct],
+    seed: int,
+    operator: Answerer,
+    model: Path | None,
+    log: Path,
+    check_signal: Callable[[], None],
+) -> bool:
+    """Run the acts in a cell and draw what the camera saw; whether every act reached its goal."""
     began = time.monotonic()
     with domain_id(_free_domain()) as domain, _cell(world, domain, seed, model, log) as check_cell:
-        results, rows = run_acts(world, acts, seed, _tell, _operator(operator), check_cell)
+
+        def check() -> None:
+            # First, as Ctrl-C in a terminal ends the cell, too.
+            check_signal()
+            check_cell()
+
+        results, rows = run_acts(world, acts, seed, _tell, _operator(operator), check)
     seconds = time.monotonic() - began
     _tell('\n' + narration.summary(results, len(acts), seconds))
     if any(row.panels for row in rows):
-        _tell(f'What the camera saw: {draw_storyboard(rows, out / "story.png")}')
+        _tell(f'What the camera saw: {draw_storyboard(rows, log.parent / "story.png")}')
     _tell(f'Log of the nodes: {log}')
-    raise typer.Exit(0 if len(results) == len(acts) and all(r.reached for r in results) else 1)
+    return len(results) == len(acts) and all(result.reached for result in results)
 
 
 def _acts(
@@ -203,7 +232,7 @@ def _ask_at_keyboard(request: Any, check: Callable[[], None]) -> tuple[int, str]
 def _line(prompt: str, check: Callable[[], None]) -> str:
     """A line from the keyboard; `check` is called while it waits, and may raise."""
     print(prompt, end='', flush=True)
-    # A blocking read would delay Ctrl-C, which rclpy handles, until the next Enter.
+    # A blocking read would delay Ctrl-C, for which `check` raises, until the next Enter.
     while sys.stdin is not None and not select.select([sys.stdin], [], [], POLL_PERIOD)[0]:
         check()
     line = '' if sys.stdin is None else sys.stdin.readline()

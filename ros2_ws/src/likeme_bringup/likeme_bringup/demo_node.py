@@ -12,6 +12,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Image
 
 from likeme_bringup import narration
@@ -52,12 +53,12 @@ class DemoNode(Node):
         world: World,
         tell: Callable[[str], None],
         operator: Operator,
-        check_cell: Callable[[], None],
+        check: Callable[[], None],
     ) -> None:
-        """tell: prints a sentence. check_cell: raises when the cell has ended."""
+        """tell: prints a sentence. check: raises when the demo cannot go on."""
         super().__init__('demo')
         self._world = world
-        self._tell, self._operator, self._check_cell = tell, operator, check_cell
+        self._tell, self._operator, self._check = tell, operator, check
         # Messages received since the act began, by their type.
         self._received: dict[type, list[Any]] = defaultdict(list)
         self._table: TableState | None = None
@@ -226,11 +227,6 @@ class DemoNode(Node):
             self._executor.spin_once(timeout_sec=0.1)
         return value
 
-    def _check(self) -> None:
-        self._check_cell()
-        if not rclpy.ok():
-            raise DemoStoppedError('Interrupted.')
-
     def _on_message(self, kind: type, message: Any) -> None:
         self._received[kind].append(message)
 
@@ -259,11 +255,14 @@ def run_acts(
     seed: int,
     tell: Callable[[str], None],
     operator: Operator,
-    check_cell: Callable[[], None],
+    check: Callable[[], None],
 ) -> tuple[list[DemoActResult], list[StoryboardRow]]:
-    """Run the acts in order; stops at the first that cannot be completed."""
-    rclpy.init()
-    node = DemoNode(world, tell, operator, check_cell)
+    """Run the acts in order; stops at the first that cannot be completed.
+
+    check: called between two spins; what it raises ends the run. Signals are left to it.
+    """
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = DemoNode(world, tell, operator, check)
     results: list[DemoActResult] = []
     try:
         node.wait_until_ready()

@@ -1,4 +1,4 @@
-"""Deferred SIGINT: KeyboardInterrupt raised only where the program checks for it.
+"""Deferred signals: KeyboardInterrupt raised only where the program checks for it.
 
 Python raises KeyboardInterrupt at any point. Inside rclpy's C++ code it becomes a RuntimeError
 about some argument, so a program that spins a node checks for the signal between two spins.
@@ -13,10 +13,15 @@ from types import FrameType
 
 
 @contextmanager
-def deferred_interrupt() -> Iterator[Callable[[], None]]:
-    """Defer SIGINT; the yielded function raises KeyboardInterrupt for it, once.
+def deferred_interrupt(
+    *numbers: signal.Signals,
+) -> Iterator[Callable[[], None]]:
+    """Defer signals; the yielded function raises KeyboardInterrupt for them, once.
 
-    A second SIGINT before that has Python's default effect. Main thread only.
+    A second signal before that raises KeyboardInterrupt at once. Main thread only.
+
+    Args:
+        numbers: the signals; none: SIGINT alone.
     """
     received = False
 
@@ -32,10 +37,11 @@ def deferred_interrupt() -> Iterator[Callable[[], None]]:
             received = False
             raise KeyboardInterrupt
 
-    before = signal.signal(signal.SIGINT, handle)
+    before = {number: signal.signal(number, handle) for number in numbers or (signal.SIGINT,)}
     try:
         yield check
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     # A signal after the last check must not be lost.
     check()

@@ -1,4 +1,4 @@
-"""SIGINT is deferred to the next check and never lost."""
+"""A signal is deferred to the next check and never lost."""
 
 from __future__ import annotations
 
@@ -31,6 +31,16 @@ def test_a_second_signal_is_raised_at_once() -> None:
             signal.raise_signal(signal.SIGINT)
         with pytest.raises(KeyboardInterrupt):
             check()
+
+
+def test_sigterm_is_deferred_too_if_it_is_named() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    with deferred_interrupt(signal.SIGINT, signal.SIGTERM) as check:
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.raise_signal(number)
+            with pytest.raises(KeyboardInterrupt):
+                check()
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def interrupt_and_fail() -> None:
