@@ -1,4 +1,4 @@
-"""Lets these tests import their own helpers."""
+"""Lets these tests import their own helpers, the tools, and the random worlds of likeme_core."""
 
 from __future__ import annotations
 
@@ -6,4 +6,5 @@ import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = [str(HERE), str(HERE.parent / 'tools')]
+CORE = HERE.parent / 'ros2_ws' / 'src' / 'likeme_core' / 'test'
+sys.path[:0] = [str(HERE), str(HERE.parent / 'tools'), str(CORE)]
