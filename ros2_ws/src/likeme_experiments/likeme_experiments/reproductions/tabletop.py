@@ -63,8 +63,9 @@ def _printed(model: RobotModel, manner: Manner, name: str) -> dict[str, float] |
 
 
 def _table1_text(model: RobotModel, result: Table1) -> str:
+    beside_it = '; in brackets as the paper prints it' if model.domain == TABLETOP else ''
     lines = [
-        f'Table 1: hypothetical success, from {model.label}; in brackets as the paper prints it.',
+        f'Table 1: hypothetical success, from {model.label}{beside_it}.',
         f'{"demonstration":15}{"object":10}' + ''.join(f'{mode:>22}' for mode in MODES),
     ]
     agree = printed = 0
