@@ -221,7 +221,7 @@ def test_parameters_out_of_range_are_refused(rig: Rig) -> None:
         ('table', [0.6, 0.3], 'table as 4 numbers'),
         ('camera_quaternion', [0.0, 0.0, 0.0, 2.0], 'quaternion of length 1'),
         ('human_sides', ['north'], 'human_sides among'),
-        ('world', 'three_bins', 'read only'),
+        ('world', 'three_bins', 'read-only'),
     ):
         result = rig.node.set_parameters([Parameter(name, value=value)])[0]
         assert not result.successful

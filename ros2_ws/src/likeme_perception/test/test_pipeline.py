@@ -229,6 +229,7 @@ def test_an_object_can_be_added_to_the_catalogue_from_frames(
     entry = catalogue_entry('banana', [colours], [shape], [0.0028])
     data = yaml.safe_load(world_path('chung2015').read_text())
     data['objects'] = yaml.safe_load(object_yaml(entry))
+    del data['story']
     known = world_catalogue(parse_world(yaml.safe_dump(data), tmp_path / 'known.yaml'))
     assert known.objects == (entry,)
     seen = settle(renderer.perception(known), renderer, pear(0.4, -0.1), lemon(0.5, 0.2))
