@@ -217,3 +217,13 @@ def test_schema_compiles_for_other_databases(dialect: postgresql.dialect) -> Non
     for table in metadata.sorted_tables:
         assert 'PRIMARY KEY' in str(CreateTable(table).compile(dialect=dialect))
     assert trials.c.seed.type.compile(dialect=dialect) == 'BIGINT'
+
+
+def test_a_number_that_the_world_does_not_have_is_refused(
+    store: ExperienceStore, path: Path
+) -> None:
+    store.record([trial(0)])
+    with closing(sqlite3.connect(path)) as other, other:
+        other.execute('UPDATE likeme_trial SET x_f = 9')
+    with pytest.raises(StoreError, match='a trial cannot be read: Expected a state of chung2015'):
+        store.tallies()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -241,3 +242,13 @@ def test_models_in_memory_are_validated() -> None:
             RobotModel('m', '1', {'a': 'A'}, (wrong,))
     with pytest.raises(ValueError, match=r"objects \['pear'\], got 'plum'"):
         RobotModel('m', '1', {'a': 'A'}, (row,)).model_of('plum')
+
+
+def test_a_shipped_model_is_not_taken_for_a_changed_world_of_the_same_name() -> None:
+    assert shipped(WORLD.only('pear')).objects.keys() == shipped().objects.keys()
+    with pytest.raises(ModelFileError, match=r'expected a model of the world chung2015, .* got '):
+        shipped(replace(WORLD, actions=WORLD.actions[:5]))
+    left, right, off = WORLD.region_entries
+    moved = replace(WORLD, region_entries=(replace(left, area=right.area), right, off))
+    with pytest.raises(ModelFileError, match='regions of the shipped world chung2015'):
+        shipped(moved)

@@ -168,17 +168,7 @@ class ExperienceStore:
         query = query.group_by(*pair, table.c.x_f).order_by(*pair, table.c.x_f)
         with refusing(self._url, self._lock_timeout), self._engine.connect() as connection:
             rows = connection.execute(query).all()
-        states, actions = self._world.states, self._world.actions
-        return tuple(
-            EndStateCount(
-                r.robot,
-                r.campaign,
-                Pair(r.object, states[r.x_i], actions[r.action]),
-                states[r.x_f],
-                r.trials,
-            )
-            for r in rows
-        )  # fmt: skip
+        return tuple(self._tally(row) for row in rows)
 
     def counts(
         self, objects: tuple[str, ...], robots: Sequence[str] = (), campaigns: Sequence[str] = ()
@@ -213,6 +203,14 @@ class ExperienceStore:
     def _known(self, connection: Connection, identities: Sequence[str]) -> dict[str, Trial]:
         query = select(table).where(table.c.identity.in_(identities))
         return {row.identity: self._read(row) for row in connection.execute(query)}
+
+    def _tally(self, row: Row[Any]) -> EndStateCount:
+        world = self._world
+        try:
+            pair = Pair(row.object, world.state(row.x_i), world.action(row.action))
+            return EndStateCount(row.robot, row.campaign, pair, world.state(row.x_f), row.trials)
+        except ValueError as error:
+            raise StoreError(f'{self.place}: a trial cannot be read: {error}') from error
 
     def _read(self, row: Row[Any]) -> Trial:
         try:

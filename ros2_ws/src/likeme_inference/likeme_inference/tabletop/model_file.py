@@ -28,7 +28,7 @@ import io
 from importlib import resources
 from pathlib import Path
 
-from likeme_core.world import World
+from likeme_core.world import World, load_world
 from likeme_core.world.file import DEFAULT_WORLD
 from likeme_inference.tabletop.domain import TABLETOP, domain_of
 from likeme_inference.tabletop.model_parser import FORMAT, ModelFileError, header, parse
@@ -39,16 +39,24 @@ def shipped(world: World | None = None) -> RobotModel:
     """Read the model shipped for a world; None: the 540 trials of the paper's own robot.
 
     Raises:
-        ModelFileError: none is shipped for the world.
+        ModelFileError: none is shipped for the world, or one for other regions or actions.
     """
     name = DEFAULT_WORLD if world is None else world.name
     file = resources.files('likeme_inference').joinpath('data', f'{name}_robot.csv')
     if not file.is_file():
         raise ModelFileError(
             f'Expected a model file of the world {name}, got none: no model is shipped for it. '
-            f'Learn one: learn.sh --offline --world {name}.'
+            f'Learn one: learn.sh --offline --world {world.source if world else name}.'
         )
-    return parse(file.read_text(encoding='utf-8'))
+    model = parse(file.read_text(encoding='utf-8'))
+    if world is not None:
+        _check_domain(model, world, file.name)
+        if world.regions != load_world(name).regions:
+            raise ModelFileError(
+                f'Expected the regions of the shipped world {name} for its model, got others: '
+                f'learn a model by learn.sh --offline --world {world.source}.'
+            )
+    return model
 
 
 def load(path: str | Path) -> RobotModel:
@@ -77,22 +85,27 @@ def load_tabletop(path: str | Path, world: World) -> RobotModel:
         ModelFileError: as `load`; or other states or actions than the world's; or no object.
     """
     model = load(path)
+    _check_domain(model, world, path)
+    if not model.objects:
+        raise ModelFileError(f'{path}: expected rows of at least one object, got none.')
+    return model
+
+
+def _check_domain(model: RobotModel, world: World, place: str | Path) -> None:
+    """Refuse other states, actions, aims or reach than the world's; place: of the model."""
     ours, theirs = domain_of(world), model.domain
     if (theirs.states, theirs.actions) != (ours.states, ours.actions):
         raise ModelFileError(
-            f'{path}: expected a model of the world {world.name}, with the states '
+            f'{place}: expected a model of the world {world.name}, with the states '
             f'{", ".join(ours.states)} and the actions '
             f'{", ".join(ours.actions)}, got {", ".join(theirs.states)} and '
             f'{", ".join(theirs.actions)}.'
         )
     if theirs != ours:
         raise ModelFileError(
-            f'{path}: expected the lines goal, aim and out_of_reach of the world '
+            f'{place}: expected the lines goal, aim and out_of_reach of the world '
             f'{world.name}, got others.'
         )
-    if not model.objects:
-        raise ModelFileError(f'{path}: expected rows of at least one object, got none.')
-    return model
 
 
 def save(model: RobotModel, path: str | Path) -> None:
