@@ -32,8 +32,6 @@ from likeme_core.camera_mount import CameraMount
 from likeme_core.paper_world import WORLD
 
 TOYS = toys_of(WORLD)
-
-SCENE = WORLD
 FRAMES, TINY_FRAMES = 200, 8
 TOY_PLACES = {
     'pear': (0.38, 0.17, 0.5),
@@ -150,8 +148,8 @@ def main() -> None:
     """Measure and publish."""
     on_one_core()
     cv2.setNumThreads(1)
-    background = cell_background(SCENE.table)
-    renderer, kinect = MeshRenderer(SCENE.camera, background), Kinect(SCENE.camera)
+    background = cell_background(WORLD.table)
+    renderer, kinect = MeshRenderer(WORLD.camera, background), Kinect(WORLD.camera)
     client = bullet.connect(bullet.DIRECT)
     body = bullet.loadURDF(str(PANDA_URDF), useFixedBase=True, physicsClientId=client)
     shifts = 0.05 * np.sin(np.arange(FRAMES) / 10)
@@ -162,7 +160,7 @@ def main() -> None:
     full = milliseconds(lambda k: kinect.sense(renderer.render(with_arm[k])), FRAMES)
     drawn = milliseconds(lambda k: renderer.render(with_arm[k]), FRAMES)
     still = [RenderBody(item.mesh, np.eye(4)) for item in background]
-    tiny = Tiny([*still, *with_arm[0]], SCENE.camera)
+    tiny = Tiny([*still, *with_arm[0]], WORLD.camera)
     theirs = milliseconds(lambda k: tiny.depth(), TINY_FRAMES)
     error = 1e3 * np.abs(tiny.depth() - renderer.render(with_arm[0]).depth)
 
@@ -192,7 +190,7 @@ def main() -> None:
         'camera',
         bars,
         {
-            'image': f'{SCENE.camera.width}x{SCENE.camera.height}, one core, one thread',
+            'image': f'{WORLD.camera.width}x{WORLD.camera.height}, one core, one thread',
             'drawing alone, with arm': f'{np.median(drawn):.1f} ms',
             'TinyRenderer': f'{np.median(theirs):.0f} ms, {1e3 / np.median(theirs):.1f} Hz',
             'core used, hand at 30 Hz': f'{np.median(quick) * 30 / 1e3:.0%}',

@@ -123,7 +123,7 @@ class ObservedCell:
         truth = self.cell.true_states()
         for seen in self.table.objects:
             there = truth[seen.name]
-            self._tally.states.append(seen.state is there.state)
+            self._tally.states.append(seen.state == there.state)
             if seen.visible and there.state != OFFTABLE:
                 off = np.hypot(seen.centroid[0] - there.x, seen.centroid[1] - there.y)
                 self._tally.errors.append(float(off) * 1e3)

@@ -1,7 +1,7 @@
-"""Parameters of arm and primitives that were fitted to the real robot's trials.
+"""Parameters of arm, primitives and objects that were fitted to the real robot's trials.
 
-Those of the objects are in the world file. `place_share` and `push_off_heading` describe the
-places of the regions; the world file has what follows from their values here.
+Values and ranges of the objects' are in the world file (`fit`). `place_share` and
+`push_off_heading` describe the places of the regions; the world file has what follows from them.
 
 All other values in `physics.py` and `primitives.py` were measured, looked up or chosen. The search
 of `scripts/fit_physics.sh` (seed 1) starts at values chosen by hand. It varies one parameter at a
@@ -16,6 +16,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
+
+from likeme_core.world import World
+
+_UNITS = {'mass': 'kg', 'rolling_friction': 'm'}
+#: The fields of ToyPhysics that may be fitted, by their suffix in a fitted parameter's name.
+TOY_FIELDS = {
+    'friction': 'friction',
+    'mass': 'mass',
+    'rolling': 'rolling_friction',
+    'bounce': 'restitution',
+}
 
 
 class FittedParameter(NamedTuple):
@@ -71,3 +82,29 @@ FITTED: Mapping[str, FittedParameter] = MappingProxyType(
 def fitted(name: str) -> float:
     """The value of the default cell."""
     return FITTED[name].value
+
+
+def object_parameters(world: World) -> dict[str, FittedParameter]:
+    """The fitted parameters of a world's objects by name, with the ranges of the world file."""
+    parameters = {}
+    for word, key in TOY_FIELDS.items():
+        for entry in world.object_entries:
+            simulation = entry.simulation or {}
+            span = simulation.get('fit', {}).get(key)
+            if span is not None:
+                low, high = map(float, span)
+                unit = _UNITS.get(key, '')
+                parameters[f'{entry.name}_{word}'] = FittedParameter(
+                    float(simulation[key]), low, high, unit, f'{key} of {entry.name}'
+                )
+    return parameters
+
+
+def fitted_parameters(world: World) -> dict[str, FittedParameter]:
+    """All fitted parameters of a cell by name: of the objects, then of the arm."""
+    return object_parameters(world) | dict(FITTED)
+
+
+def fitted_values(world: World) -> dict[str, float]:
+    """The values of the default cell of a world by name."""
+    return {name: parameter.value for name, parameter in fitted_parameters(world).items()}

@@ -19,7 +19,6 @@ from likeme_core.camera_mount import CameraMount
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_core.ros.world import check_world
 from likeme_core.world import World
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
@@ -71,7 +70,7 @@ def object_views(message: TableState, world: World) -> dict[str, ObjectView]:
     Raises:
         ValueError: it is of another world, or positions are not in base_link.
     """
-    check_world(message.world, world)
+    world.check_label(message.world)
     if message.reference_frame != BASE_FRAME:
         raise ValueError(
             f"Expected a table_state in '{BASE_FRAME}', got '{message.reference_frame}'."
@@ -82,7 +81,7 @@ def object_views(message: TableState, world: World) -> dict[str, ObjectView]:
 
 
 def _view(item: ObjectState, world: World) -> ObjectView:
-    state = world.states[item.state] if world.knows_state(item.state) else None
+    state = world.state_at(item.state)
     return ObjectView(item.centroid.x, item.centroid.y, item.major_axis_yaw, state)
 
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from likeme_arm.primitives import PrimitiveSettings
-from likeme_arm_sim.fitted_parameters import FITTED, FittedParameter, fitted
-from likeme_core.world import World
+from likeme_arm_sim.fitted_parameters import FITTED, TOY_FIELDS, fitted
 
 
 @dataclass(frozen=True)
@@ -97,16 +96,6 @@ class ArmAccuracy:
     reach: float = fitted('reach')
 
 
-UNITS = {'mass': 'kg', 'rolling_friction': 'm'}
-#: The fields of ToyPhysics that may be fitted, by their suffix in a fitted parameter's name.
-TOY_FIELDS = {
-    'friction': 'friction',
-    'mass': 'mass',
-    'rolling': 'rolling_friction',
-    'bounce': 'restitution',
-}
-
-
 def toy_physics(simulation: Mapping[str, Any]) -> ToyPhysics:
     """Physics of an object from its entry in the world file."""
     names = {field.name for field in fields(ToyPhysics)}
@@ -117,32 +106,6 @@ def fitted_fields(name: str, parameters: Mapping[str, float]) -> dict[str, float
     """Fields of a toy's ToyPhysics by those fitted parameters that are its own."""
     keys = {field: f'{name}_{word}' for word, field in TOY_FIELDS.items()}
     return {field: parameters[key] for field, key in keys.items() if key in parameters}
-
-
-def object_parameters(world: World) -> dict[str, FittedParameter]:
-    """The fitted parameters of a world's objects by name, with the ranges of the world file."""
-    parameters = {}
-    for word, key in TOY_FIELDS.items():
-        for entry in world.object_entries:
-            simulation = entry.simulation or {}
-            span = simulation.get('fit', {}).get(key)
-            if span is not None:
-                low, high = map(float, span)
-                unit = UNITS.get(key, '')
-                parameters[f'{entry.name}_{word}'] = FittedParameter(
-                    float(simulation[key]), low, high, unit, f'{key} of {entry.name}'
-                )
-    return parameters
-
-
-def fitted_parameters(world: World) -> dict[str, FittedParameter]:
-    """All fitted parameters of a cell by name: of the objects, then of the arm."""
-    return object_parameters(world) | dict(FITTED)
-
-
-def fitted_values(world: World) -> dict[str, float]:
-    """The values of the default cell of a world by name."""
-    return {name: parameter.value for name, parameter in fitted_parameters(world).items()}
 
 
 def fitted_primitives(parameters: Mapping[str, float] | None = None) -> PrimitiveSettings:

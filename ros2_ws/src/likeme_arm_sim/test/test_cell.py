@@ -10,13 +10,13 @@ import pytest
 from likeme_arm.motion import ObjectView, ViewOf
 from likeme_arm.tool_pose import ToolPose
 from likeme_arm_sim.cell import Cell, CellSettings
+from likeme_arm_sim.fitted_parameters import fitted_values
 from likeme_arm_sim.headless_trial import world_from_parameters
 from likeme_arm_sim.physics import (
     ArmAccuracy,
     GripperPhysics,
     Physics,
     fitted_primitives,
-    fitted_values,
 )
 from likeme_arm_sim.physics_world import TIME_STEP
 from likeme_core.outcomes import Actor, MotionOutcome

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from likeme_arm_sim.cell import Cell, CellSettings
+from likeme_arm_sim.fitted_parameters import fitted_parameters, fitted_values
 from likeme_arm_sim.headless_trial import (
     PerceptionNoise,
     SimulatedPerception,
@@ -18,7 +19,7 @@ from likeme_arm_sim.headless_trial import (
     wait_until_at_rest,
     world_from_parameters,
 )
-from likeme_arm_sim.physics import Physics, fitted_parameters, fitted_values
+from likeme_arm_sim.physics import Physics
 from likeme_arm_sim.toys import toys_of
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.paper_world import (

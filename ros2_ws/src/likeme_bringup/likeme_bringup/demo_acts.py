@@ -25,8 +25,7 @@ class DemoAct:
 
     def title(self) -> str:
         """The object, its change of state, and how the person makes it."""
-        how = {Manner.PLACE: 'placing', Manner.PUSH: 'pushing', Manner.DROP: 'dropping'}
-        by = how[self.action.manner]
+        by = self.action.manner.handling.doing
         return f'{self.object}, {self.start.name} to {self.end.name}, by {by} it'
 
 

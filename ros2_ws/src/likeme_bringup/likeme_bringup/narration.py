@@ -19,7 +19,8 @@ RESULT_CAPTIONS = ('goal reached', 'goal missed', 'not seen', 'arm failed', 'ski
 
 def state_name(world: World, state: int) -> str:
     """The name of a state, or UNKNOWN."""
-    return world.states[state].name if world.knows_state(state) else UNKNOWN
+    known = world.state_at(state)
+    return UNKNOWN if known is None else known.name
 
 
 def distribution(world: World, probabilities: Sequence[float]) -> str:
@@ -56,9 +57,9 @@ def belief(world: World, goal_belief: Any) -> str:
 
 def decision(world: World, choice: Any, shown: DemoAct) -> str:
     """The chosen action and its probabilities, from a Decision."""
-    if not world.knows_action(choice.action):
+    action = world.action_at(choice.action)
+    if action is None:
         return str(choice.sentence)
-    action = world.actions[choice.action]
     same = action == shown.action
     way = 'the same way as the person' if same else "its own way, not the person's"
     considered = sorted(world.actions, key=lambda a: -choice.action_probability[a])[:3]
@@ -73,8 +74,8 @@ def decision(world: World, choice: Any, shown: DemoAct) -> str:
 
 def action_caption(world: World, choice: Any) -> str:
     """Caption of the robot's action, from a Decision; empty if there is none."""
-    known = world.knows_action(choice.action)
-    return f'robot: {world.actions[choice.action].name}' if known else ''
+    action = world.action_at(choice.action)
+    return '' if action is None else f'robot: {action.name}'
 
 
 def summary(results: Sequence[DemoActResult], planned: int, seconds: float) -> str:

@@ -29,7 +29,7 @@ def simulated_looks(world: World, name: str) -> CatalogueObject:
     cell = Cell(alone, 0, CellSettings(initial_states={}), arm_visible=False)
     lens = world.camera
     intrinsics = Intrinsics(lens.fx, lens.fy, lens.cx, lens.cy, lens.width, lens.height)
-    colours, shapes, areas = [], [], []
+    samples = []
     for seed in range(TABLES):
         cell.reset([name], [states[seed % len(states)]], seed)
         config = replace(world_config(world), background_frames=3)
@@ -41,12 +41,9 @@ def simulated_looks(world: World, name: str) -> CatalogueObject:
                 round(cell.time * 1e9), CAMERA_FRAME, images.rgb, depth_in_metres(images.depth_mm)
             )
             table = perception.process(frame)
-        background = perception.background
-        if not table.unknown_objects or background is None:
+        sample = perception.largest_unknown(frame, table)
+        if sample is None:
             raise ValueError(f'Expected to see the {name} on the table, got nothing above it.')
-        pixels, shape = max(table.unknown_objects, key=lambda each: len(each[0]))
-        colours.append(frame.rgb.reshape(-1, 3)[pixels])
-        shapes.append(shape)
-        areas.append(float(background.view.pixel_area(frame.depth.ravel()[pixels]).sum()))
+        samples.append(sample)
     cell.physics_world.client.disconnect()
-    return catalogue_entry(name, colours, shapes, areas)
+    return catalogue_entry(name, samples)

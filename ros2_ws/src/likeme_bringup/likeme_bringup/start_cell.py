@@ -13,10 +13,9 @@ import typer
 from likeme_arm_sim.simulated_parts import SimulatedPart
 from likeme_bringup.parameter_files import validated
 from likeme_bringup.supervisor import Child, Supervisor
-from likeme_core.cli import Domain
+from likeme_core.cli import Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
-from likeme_core.world import load_world
 
 
 class Part(StrEnum):
@@ -111,18 +110,6 @@ def parameter_file(path: Path) -> Path:
         raise typer.BadParameter(str(error), param_hint='--params') from None
 
 
-def world_source(name: str) -> str:
-    """What the nodes read a world from, after it was checked.
-
-    Raises:
-        typer.BadParameter: no such world, or it is not valid.
-    """
-    try:
-        return load_world(name).source
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint='--world') from None
-
-
 def start_cell(
     only: Annotated[
         list[Part] | None, typer.Option(help='Start this part alone; may be repeated.')
@@ -161,9 +148,7 @@ def start_cell(
             exists=True, dir_okay=False, help='ROS parameter file; config/cell.yaml has all names.'
         ),
     ] = None,
-    world: Annotated[
-        str | None, typer.Option(metavar='NAME|FILE', help='A shipped world or a world file.')
-    ] = None,
+    world: OptionalWorld = None,
     domain: Domain = 0,
 ) -> None:
     """Start arm driver, perception and inference; Ctrl-C ends them all."""
@@ -179,7 +164,7 @@ def start_cell(
         model.resolve() if model else None,
         experience,
         tuple(parameter_file(path) for path in params or ()),
-        None if world is None else world_source(world),
+        None if world is None else world.source,
     )
     supervisor = Supervisor(children(parts, options, network))
     reach = 'the subnet' if network else 'this host only'

@@ -25,9 +25,9 @@ def _read_world(value: str | World) -> World:
 
 #: Default: typer.Option needs the text that stands for it.
 WORLD_DEFAULT: Any = DEFAULT_WORLD
-WorldOption = Annotated[
-    World,
-    typer.Option(
-        '--world', metavar='NAME|FILE', parser=_read_world, help='A shipped world or a world file.'
-    ),
-]
+_WORLD = typer.Option(
+    '--world', metavar='NAME|FILE', parser=_read_world, help='A shipped world or a world file.'
+)
+WorldOption = Annotated[World, _WORLD]
+#: Without a default, for what may take its world from elsewhere.
+OptionalWorld = Annotated[World | None, _WORLD]

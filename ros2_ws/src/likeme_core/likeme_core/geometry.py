@@ -96,13 +96,9 @@ class Polygon:
         self, x: float | NDArray[np.floating], y: float | NDArray[np.floating], margin: float = 0.0
     ) -> bool | NDArray[np.bool_]:
         """Whether points lie inside the area extended by a margin (m), edges included."""
-        found: Any
-        if margin:
-            # Mitred, so that the corners stay corners as those of a rectangle do.
-            area = self.shape.buffer(margin, join_style='mitre')
-            found = shapely.intersects_xy(area, x, y)
-        else:
-            found = shapely.intersects_xy(self.shape, x, y)
+        # Mitred, so that the corners stay corners as those of a rectangle do.
+        area = self.shape.buffer(margin, join_style='mitre') if margin else self.shape
+        found: Any = shapely.intersects_xy(area, x, y)
         return found if np.ndim(found) else bool(found)
 
     @property

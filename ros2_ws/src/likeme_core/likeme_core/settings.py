@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+from likeme_core.world.file import DEFAULT_WORLD
+
 
 class Setting(NamedTuple):
     """A node parameter.
@@ -24,7 +26,7 @@ class Setting(NamedTuple):
 
 #: The parameter by which every node takes its world.
 WORLD = Setting(
-    'chung2015', "A shipped world's name, or the path of a world file.", read_only=True
+    DEFAULT_WORLD, "A shipped world's name, or the path of a world file.", read_only=True
 )
 
 

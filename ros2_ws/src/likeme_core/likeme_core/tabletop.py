@@ -39,13 +39,14 @@ class Handling(NamedTuple):
 
     Attributes:
         grasped: whether it is lifted, rather than slid on the table.
-        past: the manner as people tell it.
+        past, doing: the manner as people tell it, 'placed' and 'placing'.
         fall: height of the grasp point above the table from which a lifted object is let fall, m;
             0: it is set down.
     """
 
     grasped: bool
     past: str
+    doing: str
     fall: float = 0.0
 
 
@@ -66,9 +67,9 @@ class Manner(IntEnum):
 
 
 _HANDLING = {
-    Manner.PLACE: Handling(grasped=True, past='placed'),
-    Manner.PUSH: Handling(grasped=False, past='pushed'),
-    Manner.DROP: Handling(grasped=True, past='dropped', fall=0.24),
+    Manner.PLACE: Handling(grasped=True, past='placed', doing='placing'),
+    Manner.PUSH: Handling(grasped=False, past='pushed', doing='pushing'),
+    Manner.DROP: Handling(grasped=True, past='dropped', doing='dropping', fall=0.24),
 }
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from likeme_arm_sim.physics import fitted_parameters, fitted_values
+from likeme_arm_sim.fitted_parameters import fitted_parameters, fitted_values
 from likeme_core.paper_world import WORLD
 from likeme_experiments.physics_fit.deviance import MAX_DEVIANCE, deviance
 from likeme_experiments.physics_fit.evaluate import RowEvaluation, evaluate_row, table_text

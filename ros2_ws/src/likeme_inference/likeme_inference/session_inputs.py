@@ -100,7 +100,7 @@ def read_demonstration(msg: Any, world: World) -> Demonstration:
         ValueError: a state out of range or UNKNOWN, no change of state, invalid probabilities, an
             end before the start.
     """
-    check_world(msg, world)
+    world.check_label(getattr(msg, 'world', ''))
     x_i, x_f = _state(world, msg.x_i, 'x_i'), _state(world, msg.x_f, 'x_f')
     if x_i == x_f:
         raise ValueError(f'Expected a change of state, got {x_i.name} to {x_f.name}.')
@@ -136,7 +136,7 @@ def read_table(msg: Any, world: World) -> TableSnapshot:
     Raises:
         ValueError: a state out of range.
     """
-    check_world(msg, world)
+    world.check_label(getattr(msg, 'world', ''))
     # Messages recorded before there were worlds.
     unknown = {UNKNOWN} if hasattr(msg, 'world') else {UNKNOWN, 3}
     states = {
@@ -174,21 +174,11 @@ def read_heard(kind: InputKind, heard: Any) -> InputValue:
     raise ValueError(f'Expected MOTION, ANSWER or SILENCE, got {kind.name}.')
 
 
-def check_world(msg: Any, world: World) -> None:
-    """Refuse a message of another world.
-
-    Raises:
-        ValueError: with both worlds' names and digests.
-    """
-    theirs = getattr(msg, 'world', '')
-    if theirs and theirs != world.label:
-        raise ValueError(f'Expected a message of the world {world.label}, got one of {theirs}.')
-
-
 def _state(world: World, value: int, field: str) -> State:
-    if not world.knows_state(value):
+    state = world.state_at(value)
+    if state is None:
         raise ValueError(f'Expected {field} from 0 to {len(world.states) - 1}, got {value}.')
-    return world.states[value]
+    return state
 
 
 def _number(kind: type[Number], value: int, field: str) -> Number:

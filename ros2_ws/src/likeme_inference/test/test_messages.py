@@ -63,7 +63,7 @@ def test_a_good_demonstration() -> None:
         ('manner', 3, 'manner from 0 to 2, got 3'),
         ('manner_probability', 0.2, r'p\(manner\) from 1/3 to 1, got 0.2'),
         ('manner_probability', math.nan, 'got nan'),
-        ('world', 'kitchen@0', f'the world {WORLD.label}, got one of kitchen@0'),
+        ('world', 'kitchen@0', f'the world {WORLD.label}, got kitchen@0'),
         ('start', Time(sec=5), 'an end after the start'),
     ],
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -56,14 +56,18 @@ class Catalogue:
         return np.asarray(self.log_density.argmax(axis=0))
 
 
-def catalogue_entry(
-    name: str, colours: list[NDArray[np.uint8]], shapes: list[Shape], areas: list[float]
-) -> CatalogueObject:
-    """A catalogue entry from observations of one object in some frames.
+class ObjectSample(NamedTuple):
+    """An object in one frame: RGB pixels (N, 3) uint8, shape, visible area (m^2)."""
 
-    colours: (N, 3) uint8 RGB pixels of the object, one array per frame.
-    """
-    rgb = np.concatenate(colours)[None]
+    colours: NDArray[np.uint8]
+    shape: Shape
+    area: float
+
+
+def catalogue_entry(name: str, samples: Sequence[ObjectSample]) -> CatalogueObject:
+    """A catalogue entry from one object in some frames."""
+    shapes = [sample.shape for sample in samples]
+    rgb = np.concatenate([sample.colours for sample in samples])[None]
     lab = cv2.cvtColor(rgb.astype(np.float32) / np.float32(255), cv2.COLOR_RGB2LAB)[0]
     return CatalogueObject(
         name,
@@ -71,7 +75,7 @@ def catalogue_entry(
         round(float(np.median([s.length for s in shapes])), 4),
         round(float(np.median([s.width for s in shapes])), 4),
         round(float(np.median([s.height for s in shapes])), 4),
-        round(float(np.median(areas)), 5),
+        round(float(np.median([sample.area for sample in samples])), 5),
     )
 
 

@@ -155,12 +155,10 @@ def _learned_entry(
     name: str, frame: RgbdFrame, table: TableObservation, p: TabletopPerception
 ) -> str:
     """An entry for a world file, as YAML, of the largest unknown object in view."""
-    if not table.unknown_objects or p.background is None:
+    sample = p.largest_unknown(frame, table)
+    if sample is None:
         raise ValueError('Expected one object on the table to learn, got 0.')
-    pixels, shape = max(table.unknown_objects, key=lambda each: len(each[0]))
-    colours: NDArray[np.uint8] = frame.rgb.reshape(-1, 3)[pixels]
-    area = float(p.background.view.pixel_area(frame.depth.ravel()[pixels]).sum())
-    return object_yaml(catalogue_entry(name, [colours], [shape], [area]))
+    return object_yaml(catalogue_entry(name, [sample]))
 
 
 def _settings(config: Path | None, world: World | None) -> PerceptionConfig | None:

@@ -29,15 +29,15 @@ def manner_probability(
     """
     p = {Manner.PUSH: 1.0}
     falls = sorted((m for m in manners if m.handling.fall), key=lambda m: m.handling.fall)
-    borders = [(Manner.PLACE, place_rise, scale)]
+    borders = [(Manner.PLACE, place_rise)]
     lower = CARRIED
     for manner in falls:
         rise_to_fall = manner.handling.fall - BELOW_GRASP
-        borders.append((manner, (lower + rise_to_fall) / 2, scale))
+        borders.append((manner, (lower + rise_to_fall) / 2))
         lower = rise_to_fall
     below = Manner.PUSH
-    for manner, border, width in borders:
-        above = 1 / (1 + exp(min(50.0, -(rise - border) / width)))
+    for manner, border in borders:
+        above = 1 / (1 + exp(min(50.0, -(rise - border) / scale)))
         p[below], p[manner] = p[below] * (1 - above), p[below] * above
         below = manner
     return p

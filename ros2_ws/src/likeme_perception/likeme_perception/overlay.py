@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from likeme_core.tabletop import State
 from likeme_core.world import World
-from likeme_core.world.build import PALETTE
+from likeme_core.world.values import PALETTE
 from likeme_perception.blobs import Index, mask_of
 from likeme_perception.camera_view import CameraView
 from likeme_perception.observation import ObjectObservation, TableObservation

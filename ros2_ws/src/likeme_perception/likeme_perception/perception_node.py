@@ -59,8 +59,7 @@ class PerceptionNode(Node):
 
     Parameters: world, and node_settings.settings_of(world): every number of PerceptionConfig by
     its name (rectangles as x_min, x_max, y_min, y_max) and pairing_tolerance. A change restarts
-    perception
-    with the new values; invalid values are refused.
+    perception with the new values; invalid values are refused.
     """
 
     def __init__(self, parameter_overrides: list[Parameter] | None = None) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from likeme_core.regions import Regions
 from likeme_perception.background import Background, BackgroundLearner
 from likeme_perception.blobs import Blob, Index, mask_of
-from likeme_perception.catalogue import Catalogue
+from likeme_perception.catalogue import Catalogue, ObjectSample
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.demonstration_tracking import DemonstrationTracker
 from likeme_perception.depth_shadow import detect_in_depth_shadow
@@ -103,6 +103,14 @@ class TabletopPerception:
                 return TableObservation(frame.stamp, frame.frame_id, learned=False)
         self.background = self._restore_background(frame, self.background)
         return self._read(frame, self.background)
+
+    def largest_unknown(self, frame: RgbdFrame, table: TableObservation) -> ObjectSample | None:
+        """The largest object in a processed frame that is not in the catalogue; None: none."""
+        if not table.unknown_objects or self.background is None:
+            return None
+        pixels, shape = max(table.unknown_objects, key=lambda each: len(each[0]))
+        area = self.background.view.pixel_area(frame.depth.ravel()[pixels]).sum()
+        return ObjectSample(frame.rgb.reshape(-1, 3)[pixels], shape, float(area))
 
     def _restore_background(self, frame: RgbdFrame, background: Background) -> Background:
         """The background without the absorbed limbs that have moved."""

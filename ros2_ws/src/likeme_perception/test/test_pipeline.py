@@ -224,9 +224,9 @@ def test_an_object_can_be_added_to_the_catalogue_from_frames(
 ) -> None:
     perception = renderer.perception(Catalogue(()))
     frame = renderer.frame(lemon(0.45, 0.15))
-    pixels, shape = perception.process(frame).unknown_objects[0]
-    colours = frame.rgb.reshape(-1, 3)[pixels]
-    entry = catalogue_entry('banana', [colours], [shape], [0.0028])
+    sample = perception.largest_unknown(frame, perception.process(frame))
+    assert sample is not None
+    entry = catalogue_entry('banana', [sample])
     data = yaml.safe_load(world_path('chung2015').read_text())
     data['objects'] = yaml.safe_load(object_yaml(entry))
     del data['story']

@@ -24,11 +24,7 @@ class ArmTopics:
     """
 
     def __init__(self, node: Node, cell: Cell, perceived: PerceivedObjects) -> None:
-        self._world, self._arm, self._perceived = (
-            cell.world,
-            cell.arm,
-            perceived,
-        )
+        self._world, self._arm, self._perceived = cell.world, cell.arm, perceived
         self._logger = node.get_logger()
         self.dropped = 0
         self._joints = node.create_publisher(JointState, 'joint_states', 10)

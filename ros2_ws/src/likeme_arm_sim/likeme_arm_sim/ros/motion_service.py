@@ -10,7 +10,6 @@ from likeme_arm_sim.ros.job_future import job_ended
 from likeme_arm_sim.simulation_driver import SimulationDriver, StampedResult
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
-from likeme_core.ros.world import check_world
 from likeme_msgs.srv import ExecuteAction
 
 SERVICES = {Actor.ROBOT: 'arm/execute_action', Actor.HUMAN: 'human/execute_action'}
@@ -48,7 +47,7 @@ class MotionService:
 
     async def _report(self, request: ExecuteAction.Request) -> StampedResult:
         try:
-            check_world(request.world, self._driver.cell.world)
+            self._driver.cell.world.check_label(request.world)
         except ValueError as error:
             return StampedResult(MotionOutcome.OTHER_WORLD, str(error))
         expires = stamp_ns(request.expires)

@@ -46,16 +46,6 @@ def world_msg(world: World) -> WorldMsg:
     )
 
 
-def check_world(theirs: str, world: World) -> None:
-    """Refuse what is of another world; an empty label is not checked.
-
-    Raises:
-        ValueError: with both worlds' names and digests.
-    """
-    if theirs and theirs != world.label:
-        raise ValueError(f'Expected the world {world.label}, got {theirs}.')
-
-
 class WorldNames:
     """The names behind the numbers in messages, from the topic `world`."""
 

@@ -13,6 +13,7 @@ from likeme_core.table import PaintedLine, Table
 from likeme_core.tabletop import Action, Manner, State
 from likeme_core.world.folder import WORLDS_FOLDER
 from likeme_core.world.values import (
+    PALETTE,
     Heading,
     ObjectEntry,
     PushTarget,
@@ -23,15 +24,6 @@ from likeme_core.world.values import (
 )
 
 BLUE = (38, 92, 190)
-#: Of regions without a colour, in their order.
-PALETTE = (
-    (64, 196, 255),
-    (255, 176, 59),
-    (255, 105, 135),
-    (150, 220, 110),
-    (200, 150, 255),
-    (240, 230, 90),
-)
 #: Share of an area's half size within which objects are set down, so that their state does not
 #: depend on which side of them the camera sees.
 WELL_INSIDE = 0.5

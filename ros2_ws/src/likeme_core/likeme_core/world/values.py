@@ -18,6 +18,15 @@ from likeme_core.tabletop import Action, Manner, State
 
 T = TypeVar('T', State, Action)
 
+#: RGB of regions without a colour, in their order.
+PALETTE: tuple[Colour, ...] = (
+    (64, 196, 255),
+    (255, 176, 59),
+    (255, 105, 135),
+    (150, 220, 110),
+    (200, 150, 255),
+    (240, 230, 90),
+)
 #: What a person or a message says of an object whose state is not known; no region's name.
 UNKNOWN = 'UNKNOWN'
 
@@ -188,13 +197,13 @@ class World:
         placing = self.action_of(Manner.PLACE, target)
         return found[0] if placing is None else placing
 
-    def knows_state(self, number: int) -> bool:
-        """Whether a number in a message is a state."""
-        return 0 <= number < len(self.states)
+    def state_at(self, number: int) -> State | None:
+        """The state of a number in a message; None if it is none's."""
+        return self.states[number] if 0 <= number < len(self.states) else None
 
-    def knows_action(self, number: int) -> bool:
-        """Whether a number in a message is an action."""
-        return 0 <= number < len(self.actions)
+    def action_at(self, number: int) -> Action | None:
+        """The action of a number in a message; None if it is none's."""
+        return self.actions[number] if 0 <= number < len(self.actions) else None
 
     def object(self, name: str) -> ObjectEntry:
         """The object of a name.
@@ -240,11 +249,25 @@ class World:
     @property
     def label(self) -> str:
         """Name and digest, as messages, bags and stores carry them."""
-        return f'{self.name}@{self.digest}'
+        return label_of(self.name, self.digest)
+
+    def check_label(self, theirs: str) -> None:
+        """Refuse what is of another world; an empty label is not checked.
+
+        Raises:
+            ValueError: with both worlds' names and digests.
+        """
+        if theirs and theirs != self.label:
+            raise ValueError(f'Expected the world {self.label}, got {theirs}.')
 
     @cached_property
     def _actions_by_aim(self) -> dict[tuple[Manner, State], Action]:
         return {(action.manner, action.target): action for action in self.actions}
+
+
+def label_of(name: str, digest: str) -> str:
+    """Name and digest of a world in one text."""
+    return f'{name}@{digest}'
 
 
 def _area_numbers(area: Area | None) -> list[float]:

@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from likeme_arm_sim.physics import fitted_values
+from likeme_arm_sim.fitted_parameters import fitted_values
 from likeme_core.paper_world import WORLD
 from likeme_experiments.physics_fit.deviance import deviance
 from likeme_experiments.physics_fit.evaluate import evaluate_rows, table_text

@@ -58,7 +58,7 @@ def exploration(
     world: shape [object, x_i, a, x_f]; trials are drawn from it. domain: its states and actions.
     """
     rng = np.random.default_rng([seed, list(ExplorationStrategy).index(policy)])
-    counts, aims = np.zeros((seeds, *world.shape)), state_aims(domain)
+    counts, aims = np.zeros((seeds, *world.shape)), domain.state_aims
     gain = np.zeros(counts.shape[:-1])
     weights, reached = START, []
     every, touched = np.arange(seeds), None
@@ -86,19 +86,12 @@ def exploration(
 
 
 def _rates(counts: FloatArray, world: FloatArray, domain: Domain) -> list[FloatArray]:
-    aims = state_aims(domain)
+    aims = domain.state_aims
     shared = shared_prior(counts, fit_weights(counts, aims, rounds=3), aims)
     return [
         help_rate(maximum_likelihood(counts + prior), world, domain=domain)
         for prior in (0.0, CONCENTRATION, shared)
     ]
-
-
-def state_aims(domain: Domain) -> tuple[int, ...]:
-    """The state that each action is aimed at."""
-    aims = domain.state_aims
-    assert aims is not None, 'Actions of a world are aimed at states.'
-    return aims
 
 
 def _chosen(

@@ -15,11 +15,10 @@ from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.robot_model import RobotModel
 
 MODES = (Mode.TRAJECTORY, Mode.GOAL_BASED, Mode.INTERACTIVE)
-#: Headings of the rows.
+#: Headings of the rows, as the paper has them.
 MANNER_NAMES = {
-    Manner.PLACE: 'Pick & Place Demonstration',
-    Manner.PUSH: 'Push Demonstration',
-    Manner.DROP: 'Drop Demonstration',
+    manner: f'{"Pick & Place" if manner is Manner.PLACE else manner.name.title()} Demonstration'
+    for manner in Manner
 }
 #: As printed in the paper: (manner of the demonstration, object) -> success by mode.
 PAPER: dict[tuple[Manner, str], tuple[float, float, float]] = {

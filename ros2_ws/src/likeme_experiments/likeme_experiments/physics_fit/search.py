@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
-from likeme_arm_sim.physics import fitted_parameters
+from likeme_arm_sim.fitted_parameters import fitted_parameters
 from likeme_core.paper_world import OFFTABLE, WORLD
 from likeme_core.tabletop import Manner
 from likeme_experiments.physics_fit.deviance import deviance

@@ -13,7 +13,6 @@ from sensor_msgs.msg import JointState
 
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import stamp_ns
-from likeme_core.ros.world import check_world
 from likeme_core.stamps import SECOND
 from likeme_core.tabletop import State
 from likeme_core.world import World
@@ -216,12 +215,11 @@ def read_observed_table(message: TableState, world: World) -> ObservedTable:
     Raises:
         ValueError: it is of another world.
     """
-    check_world(message.world, world)
+    world.check_label(message.world)
     objects = {item.name: _seen(item, world) for item in message.objects}
     return ObservedTable(stamp_ns(message.header.stamp), message.settled, objects)
 
 
 def _seen(item: ObjectState, world: World) -> ObservedObject:
-    state = world.states[item.state] if world.knows_state(item.state) else None
     where = item.centroid.x, item.centroid.y, item.major_axis_yaw
-    return ObservedObject(state, Place(*where) if item.visible else None)
+    return ObservedObject(world.state_at(item.state), Place(*where) if item.visible else None)

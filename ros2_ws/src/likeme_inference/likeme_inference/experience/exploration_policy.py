@@ -84,9 +84,10 @@ class InformationGain:
         if sum(int(table.sum()) for table in counts.values()) >= self.trials:
             return None
         tables = np.array(list(counts.values()), dtype=np.float64)
-        aims = tuple(int(action.target) for action in world.actions)
+        domain = domain_of(world)
+        aims = domain.state_aims
         prior = shared_prior(tables, fit_weights(tables, aims, rounds=3), aims)
-        gain = information_gain(tables + prior, rng, domain=domain_of(world))
+        gain = information_gain(tables + prior, rng, domain=domain)
         pairs = [pair for pair in pairs_of(world, counts) if pair.x_i not in world.out_of_reach]
         index = {name: o for o, name in enumerate(counts)}
         gains = np.array([gain[index[p.object], p.x_i, p.action] for p in pairs])

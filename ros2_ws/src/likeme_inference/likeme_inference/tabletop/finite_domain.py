@@ -101,11 +101,15 @@ class Domain:
         )
 
     @cached_property
-    def state_aims(self) -> tuple[int, ...] | None:
-        """Number of the state that each action is aimed at; None if one has no such state."""
+    def state_aims(self) -> tuple[int, ...]:
+        """Number of the state that each action is aimed at.
+
+        Raises:
+            ValueError: an action is aimed at no goal, or at one that is no single state.
+        """
         targets = [self.aims.get(action) for action in self.actions]
         if not all(self.goals.get(goal or '') == (goal,) for goal in targets):
-            return None
+            raise ValueError('Expected every action aimed at a state, got one that is not.')
         return tuple(self.states.index(goal) for goal in targets if goal is not None)
 
     def state(self, name: str) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
@@ -125,21 +125,10 @@ class RobotModel:
         counts = self.model_of(name).counts
         return TransitionModel(counts, self._shared_prior[name] if shared else concentration)
 
-    def with_objects(self, names: Sequence[str]) -> RobotModel:
-        """The model that also knows these objects, without trials where it has none."""
-        added = tuple(
-            TrialCounts(name, 0, 0, (0,) * len(self.domain.states), next(iter(self.sources)))
-            for name in names
-            if name not in self.objects
-        )
-        return replace(self, rows=self.rows + added) if added else self
-
     @cached_property
     def _shared_prior(self) -> Mapping[str, FloatArray]:
         """Object -> the pseudo-counts of shared_prior.py, shape [x_i, a, x_f]."""
         aims = self.domain.state_aims
-        if aims is None:
-            raise ValueError('Expected every action aimed at a state, got one that is not.')
         counts = np.array([known.counts for known in self.objects.values()], dtype=np.float64)
         prior = shared_prior(counts, fit_weights(counts, aims, rounds=3), aims)
         return dict(zip(self.objects, prior, strict=True))

@@ -29,6 +29,7 @@ from rosbags.interfaces import (
 )
 
 from likeme_core.ros.qos import LATCHED
+from likeme_core.world.values import label_of
 from likeme_msgs.msg import World
 from likeme_replay import recorded_parameters
 from likeme_replay.message_definitions import UnknownTypeError, definitions
@@ -141,7 +142,8 @@ class RecordNode(Node):
         )
 
     def _on_world(self, world: World) -> None:
-        self._recording.set_metadata(recorded_parameters.WORLD_KEY, f'{world.name}@{world.digest}')
+        label = label_of(world.name, world.digest)
+        self._recording.set_metadata(recorded_parameters.WORLD_KEY, label)
 
 
 class RecordingGaps(NamedTuple):
