@@ -43,7 +43,7 @@ def draw_world(world: World) -> Figure:
 
 def _draw_region(axes: Axes, entry: RegionEntry) -> None:
     colour = _hex(entry.colour)
-    middle = (-entry.start.centre[1], entry.start.x_max + 0.05)
+    middle = (-entry.start.centre[1], entry.start.x_max + 0.06)
     if entry.area is not None:
         axes.add_patch(_patch(entry.area.corners(), colour, colour, 0.35))
         bounds = entry.area.bounds
@@ -55,7 +55,7 @@ def _draw_region(axes: Axes, entry: RegionEntry) -> None:
             fill=False, linestyle=':', edgecolor='black',
         )
     )  # fmt: skip
-    kind = '' if entry.reachable else ' (out of reach)'
+    kind = '' if entry.reachable else '\n(out of reach)'
     axes.annotate(f'{int(entry.state)} {entry.state.name}{kind}', middle, ha='center', va='top')
     axes.plot(-entry.place[1], entry.place[0], 'x', color='black', markersize=9)
     x, y = entry.push.aim
