@@ -104,7 +104,12 @@ class Graph:
 
     def __enter__(self) -> Self:
         self.domain = self._stack.enter_context(domain_id())
-        self.env = os.environ | {'ROS_DOMAIN_ID': str(self.domain), 'PYTHONUNBUFFERED': '1'}
+        self.env = os.environ | {
+            'ROS_DOMAIN_ID': str(self.domain),
+            'PYTHONUNBUFFERED': '1',
+            # Domains are used again by later tests: what one cell remembers is not for the next.
+            'LIKEME_STATE': str(self._logs / 'state'),
+        }
         self._context = rclpy.Context()
         self._context.init(domain_id=self.domain)
         self._stack.callback(self._context.try_shutdown)

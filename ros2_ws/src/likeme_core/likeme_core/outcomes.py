@@ -28,11 +28,14 @@ class MotionOutcome(IntEnum):
     EXPIRED = 9
     FAILED = 10
     OTHER_WORLD = 11
+    REPEATED = 12
+    LOST = 13
 
     @property
     def moved(self) -> bool:
         """Whether the arm may have moved; the object's state must then be observed."""
-        return self <= MotionOutcome.HELD or self is MotionOutcome.FAILED
+        uncertain = (MotionOutcome.FAILED, MotionOutcome.LOST)
+        return self <= MotionOutcome.HELD or self in uncertain
 
 
 class ResetOutcome(IntEnum):
