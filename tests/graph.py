@@ -29,6 +29,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from likeme_core.processes import die_with_parent
 
+#: Without it nothing moves.
+HOLD_KEEPER = 'likeme_arm.hold_keeper_node'
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 #: s in which a node process must have ended after SIGINT.
 GRACE = 30.0

@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from graph import LATCHED, Graph
+from graph import HOLD_KEEPER, LATCHED, Graph
 from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.tabletop import State
@@ -38,6 +38,7 @@ class LiveCell:
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
+        graph.start(HOLD_KEEPER)
         self.arm = graph.start('likeme_arm_sim.arm_driver_node', seed=1)
         self.tables = graph.collect(TableState, 'table_state')
         self.joints = graph.collect(JointState, 'joint_states')

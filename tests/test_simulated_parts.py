@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
-from graph import LATCHED, Graph
+from graph import HOLD_KEEPER, LATCHED, Graph
 from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.msg import Decision, Outcome, TableState
@@ -23,10 +23,10 @@ pytestmark = pytest.mark.graph
 DRIVER = 'likeme_arm_sim.arm_driver_node'
 PARTS = ('arm', 'person', 'camera')
 SUBSETS = [list(parts) for size in (1, 2, 3) for parts in combinations(PARTS, size)]
-#: What the node serves and publishes for each part; hold and resume go with the arm.
+#: What the node serves and publishes for each part; a hold keeper is a node of its own.
 SERVICES = {
-    'arm': {'/arm/execute_action', '/cell/hold', '/cell/resume'},
-    'person': {'/human/execute_action'},
+    'arm': {'/arm/execute_action', '/arm/motion_status'},
+    'person': {'/human/execute_action', '/human/motion_status'},
     'camera': {'/cell/reset'},
 }
 TOPICS = {
@@ -101,6 +101,7 @@ def test_a_simulated_arm_acts_on_what_a_real_camera_sees(tmp_path: Path) -> None
         )
         tables = graph.collect(TableState, 'table_state')
         graph.start('likeme_perception.perception_node')
+        graph.start(HOLD_KEEPER)
         graph.start(DRIVER, simulate=['arm', 'person'])
         graph.until(lambda: tables and tables[-1].settled, START, 'a table at rest')
         assert camera.alive
@@ -148,6 +149,7 @@ def test_a_real_arm_acts_on_what_the_simulated_camera_sees(tmp_path: Path) -> No
         tables = graph.collect(TableState, 'table_state')
         decisions = graph.collect(Decision, 'decision', LATCHED)
         outcomes = graph.collect(Outcome, 'outcome', LATCHED)
+        graph.start(HOLD_KEEPER)
         graph.start(DRIVER, simulate=['camera', 'person'])
         graph.start('likeme_perception.perception_node')
         graph.start('likeme_inference.inference_node', outcome_timeout=3.0)

@@ -82,7 +82,7 @@ class SuiteScene:
             self._tick()
 
         self.cell.run_action(Actor.HUMAN, deed.object, deed.action, self._look, tick)
-        if self.cell.held:
+        if self.cell.block is not None:
             self.cell.resume()
             self.cell.clear_table(self._tick)
 

@@ -17,7 +17,10 @@ from likeme_core.tabletop import Mode
 from likeme_core.world import load_world
 
 ARGUMENTS = {
-    'only': ('', 'Parts to start, separated by commas: arm, perception, inference; empty: all.'),
+    'only': (
+        '',
+        'Parts to start, separated by commas: hold, arm, perception, inference; empty: all.',
+    ),
     'simulate': ('', 'Parts to simulate, separated by commas: arm, person, camera; empty: all.'),
     'network': ('false', 'true: let nodes on other machines of the subnet take part.'),
     'mode': ('', 'How the robot imitates: trajectory, goal_based, interactive, sequential.'),

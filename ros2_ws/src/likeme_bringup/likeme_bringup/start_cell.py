@@ -19,14 +19,16 @@ from likeme_core.tabletop import Mode
 
 
 class Part(StrEnum):
-    """The three processes of the cell, in the order in which data flows."""
+    """The processes of the cell: who allows motion, then in the order in which data flows."""
 
+    HOLD = 'hold'
     ARM = 'arm'
     PERCEPTION = 'perception'
     INFERENCE = 'inference'
 
 
 MODULES = {
+    Part.HOLD: 'likeme_arm.hold_keeper_node',
     Part.ARM: 'likeme_arm_sim.arm_driver_node',
     Part.PERCEPTION: 'likeme_perception.perception_node',
     Part.INFERENCE: 'likeme_inference.inference_node',
@@ -52,6 +54,8 @@ class StartOptions(NamedTuple):
 
     def overrides(self, part: Part) -> dict[str, object]:
         """ROS parameters of one node that override the files."""
+        if part is Part.HOLD:
+            return {}
         values: dict[Part, dict[str, object | None]] = {
             Part.ARM: {
                 'simulate': [part.value for part in self.simulate] if self.simulate else None,
@@ -151,7 +155,7 @@ def start_cell(
     world: OptionalWorld = None,
     domain: Domain = 0,
 ) -> None:
-    """Start arm driver, perception and inference; Ctrl-C ends them all."""
+    """Start hold keeper, arm driver, perception and inference; Ctrl-C ends them all."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     parts = tuple(part for part in Part if not only or part in only)
     options = StartOptions(

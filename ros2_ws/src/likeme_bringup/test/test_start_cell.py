@@ -27,8 +27,8 @@ PACKAGE = Path(__file__).parents[1]
 SOURCES = PACKAGE.parent
 
 
-def test_all_three_parts_by_default() -> None:
-    assert [child.name for child in children()] == ['arm', 'perception', 'inference']
+def test_all_parts_by_default() -> None:
+    assert [child.name for child in children()] == ['hold', 'arm', 'perception', 'inference']
 
 
 def test_only_the_overridden_parameters_are_passed() -> None:
