@@ -20,7 +20,9 @@ from std_srvs.srv import Trigger
 
 from graph import HOLD_KEEPER, LATCHED, Graph, NodeProcess
 from likeme_arm.hold_latch import HISTORY
+from likeme_core.heartbeats import NodeState
 from likeme_core.processes import die_with_parent
+from likeme_core.ros.heartbeat import HeartbeatSubscriber
 from likeme_msgs.msg import HoldState, Motion
 from likeme_msgs.srv import ExecuteAction, MotionStatus
 
@@ -40,6 +42,13 @@ class HeldCell:
         self.states = graph.collect(HoldState, 'cell/hold_state', LATCHED)
         self.motions = graph.collect(Motion, 'motion', KEPT)
         self.joints = graph.collect(JointState, 'joint_states')
+        self.monitor = HeartbeatSubscriber(graph.node).monitor
+        graph.until(self.ready, 40, 'a driver that hears its keeper')
+
+    def ready(self) -> bool:
+        """Whether the driver may move."""
+        driver = self.monitor.nodes.get('/arm_driver')
+        return driver is not None and driver.state is NodeState.READY
 
     def kill(self, process: NodeProcess) -> None:
         """kill -9, as by the kernel."""

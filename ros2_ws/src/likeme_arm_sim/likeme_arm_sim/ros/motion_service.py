@@ -7,10 +7,15 @@ import uuid
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from likeme_arm.motion_journal import JournalError, MotionJournal
+from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
 from likeme_arm_sim import messages
 from likeme_arm_sim.ros.job_future import job_ended
-from likeme_arm_sim.simulation_driver import MotionRequest, SimulationDriver, StampedResult
+from likeme_arm_sim.simulation_driver import (
+    MotionRequest,
+    SimulationDriver,
+    StampedResult,
+    repeated,
+)
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.srv import ExecuteAction, MotionStatus
@@ -61,6 +66,10 @@ class MotionService:
             self._driver.cell.world.check_label(request.world)
         except ValueError as error:
             return StampedResult(MotionOutcome.OTHER_WORLD, str(error))
+        # Before BUSY: it may be this very request that is under way.
+        before = self._find(request.id)
+        if before is not None:
+            return StampedResult(MotionOutcome.REPEATED, repeated(before))
         job = self._driver.execute(
             MotionRequest(
                 self._actor, request.object, request.action, stamp_ns(request.expires), request.id
@@ -74,13 +83,17 @@ class MotionService:
     def _status(
         self, request: MotionStatus.Request, response: MotionStatus.Response
     ) -> MotionStatus.Response:
-        try:
-            record = self._journal.find(request.id)
-        except JournalError as error:
-            self._node.get_logger().error(str(error))
-            record = None
-        if record is None or record.actor is not self._actor:
+        record = self._find(request.id)
+        if record is None:
             response.motion.id = request.id
         else:
             response.motion = messages.motion_msg(record, self._driver.now)
         return response
+
+    def _find(self, request_id: str) -> MotionRecord | None:
+        try:
+            record = self._journal.find(request_id)
+        except JournalError as error:
+            self._node.get_logger().error(str(error))
+            return None
+        return record if record is not None and record.actor is self._actor else None
