@@ -48,7 +48,7 @@ def main(name: str, start: str, end: str, manner: str) -> None:
         decision = decide(never_fails(world), settings, demo, turn.start, 1)
         assert decision.action is not None
         done = turn.execute((), decision.action)
-    print(
+    sys.stdout.write(
         json.dumps(
             {
                 'seen': [demo.object, demo.x_i.name, demo.x_f.name, demo.manner.name],
