@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import typer
+import yaml
 from typer.testing import CliRunner
 
 from likeme_arm_sim.simulated_parts import SimulatedPart
@@ -21,7 +22,10 @@ from likeme_bringup.start_cell import (
     executable,
     parameter_file,
 )
+from likeme_core.paper_world import WORLD
 from likeme_core.tabletop import Mode
+from likeme_inference import node_settings as inference_settings
+from likeme_perception import node_settings as perception_settings
 
 PACKAGE = Path(__file__).parents[1]
 SOURCES = PACKAGE.parent
@@ -180,6 +184,19 @@ def test_a_namespace_and_what_every_node_has_are_accepted(tmp_path: Path) -> Non
         '/lab/inference_node: {ros__parameters: {use_sim_time: true, mode: sequential}}\n'
         '/**: {ros__parameters: {seed: 3, qos_overrides./clock.publisher.depth: 1}}\n'
     )
+    assert parameter_file(path) == path
+
+
+def test_all_parameters_of_a_node_are_accepted(tmp_path: Path) -> None:
+    """A replay starts its nodes with all parameters of the recorded ones."""
+    settings = {
+        'perception_node': perception_settings.settings_of(WORLD),
+        'inference_node': inference_settings.settings_of(WORLD),
+        'arm_driver': {'initial_states': None},
+    }
+    path = tmp_path / 'recorded.yaml'
+    nodes = {node: {'ros__parameters': dict.fromkeys(names)} for node, names in settings.items()}
+    path.write_text(yaml.safe_dump(nodes))
     assert parameter_file(path) == path
 
 
