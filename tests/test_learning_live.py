@@ -19,8 +19,8 @@ from likeme_inference.experience.store import ExperienceStore
 pytestmark = pytest.mark.graph
 START_CELL = (sys.executable, '-m', 'likeme_bringup.start_cell')
 LEARN = (sys.executable, '-m', 'likeme_experiments.commands.learn')
-WORDS = ('--object', 'chicken', '--policy', 'random', '--trials', '5', '--robot', 'test')
-CAMPAIGN = campaign_of(WORLD, 'live', 'test', 1, ('chicken',), PolicyName.RANDOM, 10, 5)
+WORDS = ('--object', 'chicken', '--policy', 'random', '--trials', '4', '--robot', 'test')
+CAMPAIGN = campaign_of(WORLD, 'live', 'test', 1, ('chicken',), PolicyName.RANDOM, 10, 4)
 #: s at most for one trial, with a restart of the cell in it.
 A_TRIAL = 60.0
 
