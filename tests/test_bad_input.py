@@ -89,7 +89,7 @@ class Watched:
         self.graph.until(counted, 10, f'{what!r} in the diagnostics')
 
     def until_refused(self, spoil: Callable[[Pair], Pair]) -> None:
-        """Send a bad frame, again if it got lost, until the node has refused it with a sentence."""
+        """Send a bad frame, again if it got lost, until it was refused with a sentence."""
         first = self.stamp
 
         def refused() -> bool:

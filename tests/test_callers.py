@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import os
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from domain_coordinator import domain_id
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from std_srvs.srv import Trigger
 
+from in_process import Answer, command
 from likeme_bringup.ros import cell_commands as commands
 from likeme_bringup.ros import service_client
 from likeme_core.paper_world import LEFT, WORLD
@@ -87,14 +87,6 @@ def cell(domain: int) -> Iterator[StandIn]:
     context.try_shutdown()
 
 
-class Answer(NamedTuple):
-    """How a command ended, and what it wrote."""
-
-    code: int
-    stdout: str
-    stderr: str
-
-
 def process(domain: int, *words: str) -> Answer:
     """Run a command in a process of its own."""
     told = subprocess.run(
@@ -106,24 +98,6 @@ def process(domain: int, *words: str) -> Answer:
         env=os.environ | {'ROS_DOMAIN_ID': str(domain)},
     )
     return Answer(told.returncode, told.stdout, told.stderr)
-
-
-def command(domain: int, entry_point: Callable[[], None], *words: str) -> Answer:
-    """Call an entry point in this process, as a console script does.
-
-    For what calls no service: DDS takes 3 s to discover another participant of its own process.
-    """
-    out, err = io.StringIO(), io.StringIO()
-    with (
-        pytest.MonkeyPatch.context() as patch,
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        pytest.raises(SystemExit) as end,
-    ):
-        patch.setattr(sys, 'argv', ['command', *words])
-        patch.setenv('ROS_DOMAIN_ID', str(domain))
-        entry_point()
-    return Answer(int(end.value.code or 0), out.getvalue(), err.getvalue())
 
 
 def test_the_arm_is_asked_by_names(cell: StandIn) -> None:
@@ -182,7 +156,7 @@ def test_a_service_that_is_not_there_is_exit_code_3(
     cell: StandIn, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(service_client, 'DISCOVERY_TIMEOUT', 0.5)
-    answer = command(cell.domain, commands.cell, 'resume')
+    answer = command(commands.cell, cell.domain, 'resume')
     assert answer.code == 3
     assert answer.stderr.startswith('Nobody serves cell/resume on ROS domain')
 
@@ -203,4 +177,4 @@ def test_wrong_usage_of_a_process_is_exit_code_2(domain: int) -> None:
 def test_wrong_usage_is_exit_code_2(
     domain: int, entry_point: Callable[[], None], words: tuple[str, ...]
 ) -> None:
-    assert command(domain, entry_point, *words).code == 2
+    assert command(entry_point, domain, *words).code == 2
