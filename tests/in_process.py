@@ -1,6 +1,7 @@
 """Command lines and refused nodes in the test's own process, which saves the start of another.
 
-Not for commands that call services: DDS takes 3 s to discover a participant of its own process.
+Not for commands that call services: DDS often takes 3 s to discover another participant of its own
+process.
 """
 
 from __future__ import annotations
