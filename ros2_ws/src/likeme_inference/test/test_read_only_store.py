@@ -24,7 +24,7 @@ HERE = Path(__file__).parent
 UNPRIVILEGED = (
     ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] if os.geteuid() == 0 else []
 )
-# For each store: reads trials while they are counted, tries to write, and asks whether that can be.
+# For each store: reads trials while they are counted, tries to write, and asks whether it can.
 PROGRAM = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
