@@ -36,6 +36,7 @@ def kill_nodes_of(process: NodeProcess) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_kills_of_arm_perception_and_learner(tmp_path: Path) -> None:
     with (
         Graph(tmp_path) as graph,
