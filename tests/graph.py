@@ -38,6 +38,13 @@ GRACE = 30.0
 SLACK = 5
 
 
+def ros_arguments(parameters: Mapping[str, Any]) -> list[str]:
+    """Words of a command line that set ROS parameters."""
+    values = [f'{name}:={json.dumps(value)}' for name, value in parameters.items()]
+    words = [word for value in values for word in ('-p', value)]
+    return ['--ros-args', *words] if words else []
+
+
 class NodeProcess:
     """A process of the graph, in a process group of its own, with all it says in a file.
 
@@ -156,9 +163,7 @@ class Graph:
 
     def start(self, module: str, *arguments: str, **parameters: Any) -> NodeProcess:
         """Start a Python module as a node, with ROS parameters."""
-        values = [f'{name}:={json.dumps(value)}' for name, value in parameters.items()]
-        ros = ['--ros-args', *(word for value in values for word in ('-p', value))]
-        command = [sys.executable, '-m', module, *arguments, *(ros if values else [])]
+        command = [sys.executable, '-m', module, *arguments, *ros_arguments(parameters)]
         return self.run(module.rpartition('.')[2], *command)
 
     def until(self, condition: Callable[[], Any], timeout: float, what: str) -> Any:

@@ -282,8 +282,7 @@ def test_a_bad_start_says_why(domain: int, argument: str) -> None:
     assert 'Traceback' not in out
 
 
-@pytest.mark.parametrize('moving', [False, True])
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(('number', 'moving'), [(signal.SIGINT, False), (signal.SIGTERM, True)])
 def test_a_signal_ends_it_silently(number: int, moving: bool) -> None:
     with domain_id() as domain:
         driver, client = start_driver(domain), Client(domain)

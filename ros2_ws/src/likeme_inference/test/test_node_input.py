@@ -12,7 +12,9 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter
 
 from graph import LATCHED, Graph
+from in_process import refusal
 from likeme_core.paper_world import WORLD
+from likeme_inference.inference_node import main
 from likeme_inference.node_settings import settings_of
 from likeme_inference.tabletop.model_file import format_model, save, shipped
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -73,10 +75,18 @@ def test_parameter_ranges_are_published(tmp_path: Path) -> None:
     ]
 
 
+def test_a_process_with_bad_parameters_does_not_start(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        node = graph.start('likeme_inference.inference_node', help_threshold=1.5)
+        assert node.wait(20) == 1
+        assert 'inference_node does not start: ' in node.said
+        assert 'help_threshold' in node.said
+        assert 'Traceback' not in node.said
+
+
 @pytest.mark.parametrize(
     ('arguments', 'why'),
     [
-        ({'help_threshold': 1.5}, 'help_threshold'),
         ({'mode': 'telepathy'}, "got 'telepathy'"),
         ({'goal_prior': [0.5, 0.4, 0.03]}, 'to sum to 1, got 0.93'),
         ({'model_file': '/no/such/file'}, '/no/such/file: No such file'),
@@ -86,15 +96,8 @@ def test_parameter_ranges_are_published(tmp_path: Path) -> None:
         ({'experience_store': 'sqlite://', 'robot': ''}, "got ''"),
     ],
 )
-def test_a_node_with_bad_parameters_does_not_start(
-    tmp_path: Path, arguments: dict[str, Any], why: str
-) -> None:
-    with Graph(tmp_path) as graph:
-        node = graph.start('likeme_inference.inference_node', **arguments)
-
-        assert node.wait(20) == 1
-        assert why in node.said
-        assert 'Traceback' not in node.said
+def test_bad_parameters_are_refused_with_a_sentence(arguments: dict[str, Any], why: str) -> None:
+    assert why in refusal(main, 'inference_node', **arguments)
 
 
 def test_a_model_that_lacks_an_object_of_the_world(tmp_path: Path) -> None:

@@ -23,9 +23,10 @@ from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
+from in_process import refusal  # noqa: E402
 from likeme_core.ros.time import time_msg  # noqa: E402
 from likeme_msgs.msg import FrameDone, ObjectState, TableState  # noqa: E402
-from likeme_perception.perception_node import PerceptionNode  # noqa: E402
+from likeme_perception.perception_node import PerceptionNode, main  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
 
 COLOUR, DEPTH = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
@@ -239,14 +240,18 @@ def start_node(domain: int, *arguments: str) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize('argument', ['world:=/nowhere.yaml', 'world:=moon', 'min_height:=7.0'])
-def test_bad_parameters_at_the_start_are_one_sentence(argument: str) -> None:
+def test_a_process_with_bad_parameters_says_one_sentence() -> None:
     with domain_id() as domain:
-        node = start_node(domain, '-p', argument)
+        node = start_node(domain, '-p', 'world:=/nowhere.yaml')
         out, _ = node.communicate(timeout=30)
     assert node.returncode == 1
     assert 'perception_node does not start: ' in out.splitlines()[-1]
     assert 'Traceback' not in out
+
+
+@pytest.mark.parametrize('parameters', [{'world': 'moon'}, {'min_height': 7.0}])
+def test_bad_parameters_at_the_start_are_one_sentence(parameters: dict[str, object]) -> None:
+    assert refusal(main, 'perception_node', **parameters)
 
 
 class Camera:
@@ -283,8 +288,7 @@ class Camera:
         self.context.try_shutdown()
 
 
-@pytest.mark.parametrize('at_work', [False, True])
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(('number', 'at_work'), [(signal.SIGINT, False), (signal.SIGTERM, True)])
 def test_a_signal_ends_the_node_without_output(renderer, number: int, at_work: bool) -> None:
     with domain_id() as domain:
         node, camera = start_node(domain, '-p', 'background_frames:=2'), Camera(domain)
