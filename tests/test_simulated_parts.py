@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from itertools import combinations
@@ -88,7 +89,7 @@ def test_settings_that_do_not_fit_are_refused(
 ) -> None:
     with Graph(tmp_path) as graph:
         driver = graph.start(DRIVER, **parameters)
-        assert driver.wait(START) == 1
+        assert driver.wait(START) == os.EX_CONFIG
         assert reason in driver.said
         assert 'Traceback' not in driver.said
 

@@ -178,7 +178,8 @@ def _cell(
     """Run the three nodes as `start_cell` does; yields a check that raises if they ended."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--seed', str(seed)]
-    command += ['--world', world.source]
+    # The story needs all that the nodes know: a part that died is told, not mended.
+    command += ['--world', world.source, '--no-respawn']
     if model is not None:
         command += ['--model', str(model.resolve())]
     with log.open('w') as sink:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import signal
 from pathlib import Path
 from typing import Any
@@ -231,7 +232,7 @@ def test_a_node_with_bad_parameters_does_not_start(
 ) -> None:
     with Graph(tmp_path) as graph:
         node = graph.start(NODE, **parameters)
-        assert node.wait(20) == 1
+        assert node.wait(20) == os.EX_CONFIG
         assert 'gaze_node does not start: ' in node.said
         assert why in node.said
         assert 'Traceback' not in node.said

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +92,7 @@ def test_a_node_with_bad_parameters_does_not_start(
     with Graph(tmp_path) as graph:
         node = graph.start('likeme_inference.inference_node', **arguments)
 
-        assert node.wait(20) == 1
+        assert node.wait(20) == os.EX_CONFIG
         assert why in node.said
         assert 'Traceback' not in node.said
 

@@ -244,7 +244,7 @@ def test_bad_parameters_at_the_start_are_one_sentence(argument: str) -> None:
     with domain_id() as domain:
         node = start_node(domain, '-p', argument)
         out, _ = node.communicate(timeout=30)
-    assert node.returncode == 1
+    assert node.returncode == os.EX_CONFIG
     assert 'perception_node does not start: ' in out.splitlines()[-1]
     assert 'Traceback' not in out
 
