@@ -15,12 +15,13 @@ class Respawn(NamedTuple):
     Attributes:
         pauses: s, after the first, second, ... death in a row. One death more is the last.
         stable: s of life after which a death is the first in a row again.
-        standby: s of life after which a standby process is started, see `Child.standby`.
+        standby: s of life after which a standby process is started, see `Child.standby`; None:
+            there are none.
     """
 
     pauses: tuple[float, ...] = (0.0, 0.5, 1.0, 2.0)
     stable: float = 30.0
-    standby: float = 10.0
+    standby: float | None = 10.0
 
 
 class Lives:

@@ -169,7 +169,7 @@ class Supervisor:
         self._selector.register(pidfd, selectors.EVENT_READ, child.name)
         if self._respawn is not None:
             self._lives[child.name].start(now)
-            if child.standby is not None:
+            if child.standby is not None and self._respawn.standby is not None:
                 self._standby_at[child.name] = now + self._respawn.standby
 
     def _prefix(self, child: Child) -> str:

@@ -2,7 +2,7 @@
 
 `python -m likeme_core.standby MODULE [ARGUMENT...]` imports the module and waits for a line on
 stdin. Then it does what `python -m MODULE ARGUMENT...` does, without the time of the imports; at
-end of file it ends. Its name in the process list is `standby` while it waits.
+end of file it ends. Its name in the process list is `importing`, then `standby` until it is told.
 """
 
 from __future__ import annotations
@@ -17,15 +17,16 @@ from pathlib import Path
 
 #: What makes it the node.
 GO = b'\n'
-WAITING = 'standby'
+IMPORTING, WAITING = 'importing', 'standby'
 
 
 def main(module: str, *arguments: str) -> int:
     """Import a module, wait, and run its `main`; the exit code."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    set_process_name(WAITING)
+    set_process_name(IMPORTING)
     with discarded_output():
         node = importlib.import_module(module)
+    set_process_name(WAITING)
     if not os.read(sys.stdin.fileno(), len(GO)):
         return 0
     set_process_name('python')
