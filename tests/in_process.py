@@ -7,6 +7,7 @@ process.
 from __future__ import annotations
 
 import io
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -50,7 +51,7 @@ def refusal(main: Callable[[], int], name: str, **parameters: Any) -> str:
     """Why the main function of a node does not start it with ROS parameters: its last line."""
     with domain_id() as domain:
         answer = command(main, domain, *ros_arguments(parameters))
-    assert answer.code == 1
+    assert answer.code == os.EX_CONFIG
     assert answer.stdout == ''
     assert 'Traceback' not in answer.stderr
     begin, _, why = answer.stderr.splitlines()[-1].partition(' does not start: ')

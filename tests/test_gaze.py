@@ -87,7 +87,7 @@ def test_the_last_line_of_a_failed_node_is_reported(tmp_path: Path) -> None:
         run = gaze(graph, '--points', '3')
         assert run.wait(30) == 1
         assert run.said == (
-            'gaze: The gaze node ended with exit code 1: gaze_node does not start: Expected at '
+            'gaze: The gaze node ended with exit code 78: gaze_node does not start: Expected at '
             'least 5 training points, got 3.\n'
         )
 

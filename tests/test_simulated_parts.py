@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from pathlib import Path
@@ -81,7 +82,7 @@ def test_what_is_not_simulated_is_neither_served_nor_published(
 def test_a_process_with_settings_that_do_not_fit_is_refused(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         driver = graph.start(DRIVER, simulate=['camera'], real_time_factor=0.0)
-        assert driver.wait(START) == 1
+        assert driver.wait(START) == os.EX_CONFIG
         assert 'Expected real_time_factor 1' in driver.said
         assert 'Traceback' not in driver.said
 

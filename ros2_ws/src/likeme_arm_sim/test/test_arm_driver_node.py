@@ -277,7 +277,7 @@ def test_parameters_out_of_range_are_refused(client: Client) -> None:
 def test_a_bad_start_says_why(domain: int, argument: str) -> None:
     driver = start_driver(domain, '-p', argument)
     out, _ = driver.communicate(timeout=30)
-    assert driver.returncode == 1
+    assert driver.returncode == os.EX_CONFIG
     assert 'arm_driver does not start: ' in out.splitlines()[-1]
     assert 'Traceback' not in out
 

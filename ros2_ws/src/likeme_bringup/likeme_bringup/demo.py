@@ -183,7 +183,8 @@ def _cell(
     """
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--seed', str(seed)]
-    command += ['--world', world.source]
+    # The story needs all that the nodes know: a part that died is told, not mended.
+    command += ['--world', world.source, '--no-respawn']
     if model is not None:
         command += ['--model', str(model.resolve())]
     with tempfile.TemporaryDirectory(prefix='likeme_demo_') as state:

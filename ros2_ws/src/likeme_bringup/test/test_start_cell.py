@@ -14,6 +14,7 @@ import yaml
 from typer.testing import CliRunner
 
 from likeme_arm_sim.simulated_parts import SimulatedPart
+from likeme_bringup.respawn import REFUSED
 from likeme_bringup.start_cell import (
     Part,
     StartOptions,
@@ -114,6 +115,7 @@ def launch(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     modules = [
         stand_in('launch', LaunchContext=dict, LaunchDescription=kind('LaunchDescription')),
         stand_in('launch.actions', **{name: kind(name) for name in actions}),
+        stand_in('launch.events.process', ProcessExited=kind('ProcessExited')),
         stand_in('launch.substitutions', LaunchConfiguration=LaunchConfiguration),
         stand_in('launch_ros'),
         stand_in('launch_ros.actions', Node=kind('Node')),
@@ -150,6 +152,29 @@ def test_the_launch_files_arguments_reach_the_nodes(launch: dict[str, Any]) -> N
     assert environment['ROS_DOMAIN_ID'] == '7'
     assert environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
     assert Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).is_file()
+
+
+def exits(node: Stand, *codes: int) -> list[Any]:
+    """What a node's ends lead to."""
+    event = types.SimpleNamespace
+    return [node.kwargs['on_exit'](event(returncode=code), {}) for code in codes]
+
+
+def test_the_launch_file_respawns_with_a_limit(launch: dict[str, Any]) -> None:
+    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()}
+    arm, perception, inference = launch['start'](context)[-3:]
+    assert arm.kwargs['respawn'] is True
+    assert arm.kwargs['respawn_delay'] > 0
+    *mended, last = exits(arm, *[-9] * 5)
+    assert mended == [[]] * 4
+    assert last[0].kwargs['reason'] == (
+        'arm was ended by SIGKILL, death 5 in a row within 30 s of a start'
+    )
+    assert exits(perception, 0)[0]
+    assert exits(inference, REFUSED)[0]
+    *_, arm = launch['start'](context | {'respawn': 'false', 'only': 'arm'})
+    assert arm.kwargs['respawn'] is False
+    assert exits(arm, -9)[0][0].kwargs['reason'] == 'arm was ended by SIGKILL'
 
 
 def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) -> None:

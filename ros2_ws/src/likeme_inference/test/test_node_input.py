@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +79,7 @@ def test_parameter_ranges_are_published(tmp_path: Path) -> None:
 def test_a_process_with_bad_parameters_does_not_start(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
         node = graph.start('likeme_inference.inference_node', help_threshold=1.5)
-        assert node.wait(20) == 1
+        assert node.wait(20) == os.EX_CONFIG
         assert 'inference_node does not start: ' in node.said
         assert 'help_threshold' in node.said
         assert 'Traceback' not in node.said
