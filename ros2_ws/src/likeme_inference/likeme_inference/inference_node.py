@@ -16,7 +16,7 @@ from likeme_core.ros.time import steady_clock
 from likeme_core.ros.world import WorldPublisher, declare_world
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.help_requests import AnswerRefusedError, HelpRequests
 from likeme_inference.node_settings import (
     open_experience,

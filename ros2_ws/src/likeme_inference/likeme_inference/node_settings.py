@@ -6,18 +6,19 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from likeme_core.settings import Setting
 from likeme_core.tabletop import Mode
 from likeme_core.world import World
-from likeme_inference.experience.imitation_experience import ImitationExperience
-from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.model_parser import ModelFileError
 from likeme_inference.tabletop.robot_model import RobotModel
+
+if TYPE_CHECKING:
+    from likeme_inference.experience.imitation_experience import ImitationExperience
 
 #: Upper limit of action_budget.
 MAX_ACTIONS = 100
@@ -99,6 +100,10 @@ def open_experience(
     """
     if not values['experience_store']:
         return None
+    # Here, as importing a database takes a node without a store a fifth of its start.
+    from likeme_inference.experience.imitation_experience import ImitationExperience
+    from likeme_inference.experience.store import ExperienceStore
+
     try:
         software = version('likeme_inference')
     except PackageNotFoundError:

@@ -29,7 +29,7 @@ PROGRAM = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 from example_trials import trial
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_core.paper_world import WORLD
 from likeme_inference.experience.store import ExperienceStore
 
