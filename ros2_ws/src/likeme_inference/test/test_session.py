@@ -15,7 +15,8 @@ from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import ImitationSettings, help_request
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.session import ImitationSession, Phase
+from likeme_inference.tabletop.session import ImitationSession
+from likeme_inference.tabletop.session_state import Phase
 from likeme_inference.tabletop.values import (
     Decision,
     GoalBelief,

@@ -21,7 +21,6 @@ Time is the stamps (ns) of the table states. No ROS, no clock, no thread.
 from __future__ import annotations
 
 import math
-from enum import Enum, auto
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.outcomes import Actor, MotionOutcome
@@ -36,6 +35,7 @@ from likeme_inference.tabletop.imitation import (
     no_trials,
 )
 from likeme_inference.tabletop.robot_model import RobotModel
+from likeme_inference.tabletop.session_state import Phase, SessionState
 from likeme_inference.tabletop.values import (
     Decision,
     GoalBelief,
@@ -49,16 +49,8 @@ from likeme_inference.tabletop.values import (
 SECOND = 1_000_000_000
 #: A stamp older than the last by more is not a late frame: time restarted (a bag, a new cell).
 TIME_JUMP = 1 * SECOND
-
-
-class Phase(Enum):
-    """State of a session; see the module's diagram."""
-
-    IDLE = auto()
-    TURN = auto()
-    ACTING = auto()
-    ASKING = auto()
-    CONFIRMING = auto()
+#: Motions after which the sequential mode does not go on by itself.
+STOPPED = (MotionOutcome.HELD, MotionOutcome.FAILED, MotionOutcome.LOST)
 
 
 class ImitationSession:
@@ -67,71 +59,75 @@ class ImitationSession:
     Attributes:
         settings: used from the next decision on.
         model: the robot's own experience; used from the next decision on.
-        phase: the current state.
-        decision: the last decision, and the one under way while ACTING, ASKING or CONFIRMING.
+        state: where it is; may be kept, and set to go on from there.
     """
 
-    def __init__(self, model: RobotModel, settings: ImitationSettings | None = None) -> None:
+    def __init__(
+        self,
+        model: RobotModel,
+        settings: ImitationSettings | None = None,
+        state: SessionState | None = None,
+    ) -> None:
         self.settings = settings or ImitationSettings()
-        self.phase = Phase.IDLE
-        self.decision: Decision | None = None
         self.model = model
-        self._demo: Demonstration | None = None
-        self._turn_from = 0
-        self._at_goal_reported = False
-        self._put_back = False
-        self._off_goal_since: int | None = None
-        self._latest: TableSnapshot | None = None
-        self._last_view = 0
-        self._actor = Actor.NOBODY
-        self._motion: MotionOutcome | None = None
-        self._motion_end = 0
-        self._closed: tuple[str, int] | None = None
-        self._decisions = 0
-        self._spent = 0
+        self.state = state or SessionState()
+
+    @property
+    def phase(self) -> Phase:
+        """The current phase."""
+        return self.state.phase
+
+    @property
+    def decision(self) -> Decision | None:
+        """The last decision, and the one under way while ACTING, ASKING or CONFIRMING."""
+        return self.state.decision
 
     @property
     def last_view(self) -> int:
         """Stamp of the latest table state, ns."""
-        return self._last_view
+        return self.state.last_view
 
     def observe_demonstration(self, demo: Demonstration) -> GoalBelief | Decision | Remark:
         """Process a demonstration: a new goal, or part of the current decision.
 
         An object without trials leads to a decision for no action, unless a prior is set.
         """
-        if self.phase in (Phase.ACTING, Phase.ASKING, Phase.CONFIRMING):
+        if self.state.phase in (Phase.ACTING, Phase.ASKING, Phase.CONFIRMING):
             return self._ignore(demo)
-        if self._closed is not None:
-            name, until = self._closed
+        if self.state.closed is not None:
+            name, until = self.state.closed
             if demo.object == name and demo.start <= until:
                 return Remark(f'{_change(demo)} belongs to the decision that is over.')
-        if self.phase is Phase.TURN and self._is_put_back(demo):
-            self._put_back, self._turn_from = True, demo.stamp
+        if self.state.phase is Phase.TURN and self._is_put_back(demo):
+            self.state.put_back, self.state.turn_from = True, demo.stamp
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: my turn.')
         if not can_infer(self.model, self.settings, demo.object):
             number = self._decisions + 1
             return self._begin(no_trials(self.model, self.settings, demo, number), Phase.IDLE)
         belief = believe(self.model, self.settings, demo)
-        self.phase, self._demo, self._turn_from = Phase.TURN, demo, demo.stamp
-        self._at_goal_reported, self._put_back, self._off_goal_since = False, False, None
-        self._spent = 0
+        here = self.state
+        here.phase, here.demonstration, here.turn_from = Phase.TURN, demo, demo.stamp
+        here.at_goal_reported, here.put_back, here.off_goal_since = False, False, None
+        here.spent = 0
         return belief
 
     def look(self, view: TableSnapshot) -> Decision | Outcome | Remark | None:
         """Process a table state; older ones than the last are dropped."""
-        if view.stamp < self._last_view:
-            return self._time_jumped(view) if self._last_view - view.stamp > TIME_JUMP else None
-        self._latest, self._last_view = view, view.stamp
-        if self.phase is Phase.TURN:
+        age = self.state.last_view - view.stamp
+        if age > 0:
+            return self._time_jumped(view) if age > TIME_JUMP else None
+        self.state.latest, self.state.last_view = view, view.stamp
+        if self.state.resumed_at is None:
+            self.state.resumed_at = view.stamp
+        if self.state.phase is Phase.TURN:
             return self._take_turn(view)
-        if self.phase is Phase.CONFIRMING:
+        if self.state.phase is Phase.CONFIRMING:
             return self._confirm(view)
         return None
 
     def look_again(self) -> Decision | Outcome | Remark | None:
         """Process the latest table state again, after a demonstration of the same frame."""
-        return None if self._latest is None else self.look(self._latest)
+        return None if self.state.latest is None else self.look(self.state.latest)
 
     def motion_finished(self, report: MotionReport) -> Outcome | None:
         """Process the arm's report; None if the camera decides the outcome."""
@@ -140,8 +136,8 @@ class ImitationSession:
             assert decision.action is not None, 'Only actions are executed.'
             why = sentences.arm_failed(decision.object, decision.action, report.message)
             return self._close(Result.ARM_FAILED, motion=report.outcome, sentence=why)
-        self._motion, self._motion_end = report.outcome, report.finished or self._last_view
-        self.phase = Phase.CONFIRMING
+        self.state.phase, self.state.motion = Phase.CONFIRMING, report.outcome
+        self.state.motion_end = report.finished or self.state.last_view
         return None
 
     def answered(self, reply: Reply) -> Outcome | None:
@@ -150,10 +146,10 @@ class ImitationSession:
         if reply is Reply.SKIP:
             return self._close(Result.SKIPPED)
         if reply is Reply.TRY_ANYWAY:
-            self.phase, self._actor = Phase.ACTING, Actor.ROBOT
+            self.state.phase, self.state.actor = Phase.ACTING, Actor.ROBOT
         else:
-            self.phase, self._actor = Phase.CONFIRMING, Actor.HUMAN
-            self._motion_end = self._last_view
+            self.state.phase, self.state.actor = Phase.CONFIRMING, Actor.HUMAN
+            self.state.motion_end = self.state.last_view
         return None
 
     def nothing_seen(self) -> Outcome:
@@ -163,23 +159,24 @@ class ImitationSession:
 
     @property
     def _demonstrated(self) -> Demonstration:
-        assert self._demo is not None, 'There is a demonstration in every phase but IDLE.'
-        return self._demo
+        demo = self.state.demonstration
+        assert demo is not None, 'There is a demonstration in every phase but IDLE.'
+        return demo
 
     def _under_way(self, phase: Phase) -> Decision:
-        if self.phase is not phase or self.decision is None:
-            raise ValueError(f'Expected the session in {phase.name}, got {self.phase.name}.')
-        return self.decision
+        if self.state.phase is not phase or self.state.decision is None:
+            raise ValueError(f'Expected the session in {phase.name}, got {self.state.phase.name}.')
+        return self.state.decision
 
     def _is_put_back(self, demo: Demonstration) -> bool:
         late = demo.stamp - self._demonstrated.stamp > self.settings.turn_timeout * SECOND
         return demo.undoes(self._demonstrated) and not late
 
     def _ignore(self, demo: Demonstration) -> Remark:
-        decision = self._under_way(self.phase)
+        decision = self._under_way(self.state.phase)
         if demo.start <= decision.stamp and self._is_put_back(demo):
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: I am at it already.')
-        helped = self.phase is Phase.ASKING or self._actor is Actor.HUMAN
+        helped = self.state.phase is Phase.ASKING or self.state.actor is Actor.HUMAN
         if helped and demo.object == decision.object:
             return Remark(f'{_change(demo)} is the help I asked for in request {decision.id}.')
         return Remark(
@@ -188,70 +185,74 @@ class ImitationSession:
         )
 
     def _take_turn(self, view: TableSnapshot) -> Decision | Remark | None:
-        demo, settings = self._demonstrated, self.settings
-        if view.stamp - self._turn_from > settings.turn_timeout * SECOND:
-            self.phase = Phase.IDLE
+        demo, settings, here = self._demonstrated, self.settings, self.state
+        if view.stamp - here.turn_from > settings.turn_timeout * SECOND:
+            here.phase = Phase.IDLE
             return Remark(
                 f'Nobody put {demo.object} back within {settings.turn_timeout:g} s: I let it be.'
             )
         if not can_infer(self.model, settings, demo.object):
             # The model was replaced since the demonstration.
-            self.phase = Phase.IDLE
+            here.phase = Phase.IDLE
             return Remark(
                 f'{self.model.label} has no trials of {demo.object}: its demonstration is dropped.'
             )
-        old = view.stamp < self._turn_from
+        old = view.stamp < here.turn_from
         if old or not view.settled or demo.object not in view.states:
-            self._off_goal_since = None
+            here.off_goal_since = None
             return None
-        decision = decide(self.model, settings, demo, view, self._decisions + 1, self._spent)
-        if decision.kind is Kind.AT_GOAL and self._spent:
+        decision = decide(self.model, settings, demo, view, here.decisions + 1, here.spent)
+        if decision.kind is Kind.AT_GOAL and here.spent:
             return self._begin(decision, Phase.IDLE)
         if decision.kind is Kind.AT_GOAL:
-            self._off_goal_since = None
-            reported, self._at_goal_reported = self._at_goal_reported, True
+            here.off_goal_since = None
+            reported, here.at_goal_reported = here.at_goal_reported, True
             return None if reported else self._begin(decision, Phase.TURN)
-        if self._off_goal_since is None:
-            self._off_goal_since = view.stamp
-        waited = view.stamp - self._off_goal_since
-        if not self._put_back and waited < settings.turn_delay * SECOND:
+        if here.off_goal_since is None:
+            here.off_goal_since = view.stamp
+        waited = view.stamp - here.off_goal_since
+        if not here.put_back and waited < settings.turn_delay * SECOND:
             return None
         phases = {Kind.EXECUTE: Phase.ACTING, Kind.ASK_HUMAN: Phase.ASKING}
         return self._begin(decision, phases.get(decision.kind, Phase.IDLE))
 
     def _begin(self, decision: Decision, phase: Phase) -> Decision:
-        self.decision, self.phase, self._decisions = decision, phase, decision.id
-        self._actor = Actor.ROBOT if phase is Phase.ACTING else Actor.NOBODY
-        self._motion = None
-        self._spent += decision.kind is Kind.EXECUTE
+        here = self.state
+        here.decision, here.phase, here.decisions = decision, phase, decision.id
+        here.actor = Actor.ROBOT if phase is Phase.ACTING else Actor.NOBODY
+        here.motion, here.resumed_at = None, 0
+        here.spent += decision.kind is Kind.EXECUTE
         return decision
 
     def _confirm(self, view: TableSnapshot) -> Outcome | None:
         decision = self._under_way(Phase.CONFIRMING)
-        if view.stamp <= self._motion_end:
+        if view.stamp <= self.state.motion_end:
             return None
         x_f = view.states.get(decision.object)
         if view.settled and x_f is not None:
             result = Result.REACHED if x_f == decision.goal else Result.MISSED
             outcome = self._close(result, view, x_f)
             if result is Result.MISSED and self._continues(decision):
-                self.phase, self._turn_from, self._put_back = Phase.TURN, view.stamp, True
+                here = self.state
+                here.phase, here.turn_from, here.put_back = Phase.TURN, view.stamp, True
             return outcome
-        late = view.stamp - self._motion_end > self.settings.outcome_timeout * SECOND
+        waited = view.stamp - max(self.state.motion_end, self.state.resumed_at or 0)
+        late = waited > self.settings.outcome_timeout * SECOND
         return self.nothing_seen() if late else None
 
     def _continues(self, decision: Decision) -> bool:
         """Whether a miss is followed by another decision."""
-        stopped = self._motion in (MotionOutcome.HELD, MotionOutcome.FAILED)
+        stopped = self.state.motion in STOPPED
         autonomous = decision.kind is Kind.EXECUTE and not stopped
         return decision.mode is Mode.SEQUENTIAL and autonomous
 
     def _time_jumped(self, view: TableSnapshot) -> Outcome | Remark | None:
-        self._latest, self._last_view, self._closed = view, view.stamp, None
-        if self.phase is Phase.CONFIRMING:
+        self.state.latest, self.state.last_view = view, view.stamp
+        self.state.closed, self.state.resumed_at = None, 0
+        if self.state.phase is Phase.CONFIRMING:
             return self.nothing_seen()
-        if self.phase is Phase.TURN:
-            self.phase = Phase.IDLE
+        if self.state.phase is Phase.TURN:
+            self.state.phase = Phase.IDLE
             return Remark('Time jumped back: I forget the demonstration I saw before.')
         return None
 
@@ -264,16 +265,16 @@ class ImitationSession:
         sentence: str = '',
     ) -> Outcome:
         """Close the decision under way."""
-        decision = self._under_way(self.phase)
-        motion = self._motion if motion is None else motion
-        by_robot = self._actor is Actor.ROBOT
+        decision = self._under_way(self.state.phase)
+        motion = self.state.motion if motion is None else motion
+        by_robot = self.state.actor is Actor.ROBOT
         header = view or decision
-        self.phase, self._closed = Phase.IDLE, (decision.object, self._last_view)
+        self.state.phase, self.state.closed = Phase.IDLE, (decision.object, self.state.last_view)
         return Outcome(
             header.stamp, header.frame, decision.id, decision.object, decision.x_i, decision.goal,
-            x_f, result, self._actor, decision.action if by_robot else None,
+            x_f, result, self.state.actor, decision.action if by_robot else None,
             decision.predicted_success if by_robot else math.nan, motion,
-            sentence or sentences.outcome(decision, result, self._actor, x_f, motion),
+            sentence or sentences.outcome(decision, result, self.state.actor, x_f, motion),
         )  # fmt: skip
 
 
