@@ -45,7 +45,7 @@ def test_kills_of_arm_perception_and_learner(tmp_path: Path) -> None:
 
         def start(part: str) -> NodeProcess:
             fast = ('--real-time-factor', '0') if part == 'arm' else ()
-            return graph.run(part, *START_CELL, '--only', part, *fast)
+            return graph.run(part, *START_CELL, '--no-respawn', '--only', part, *fast)
 
         def learner_process() -> NodeProcess:
             return graph.run('learn', *LEARN, *WORDS, '--store', store.place)

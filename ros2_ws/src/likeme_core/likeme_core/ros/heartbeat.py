@@ -27,6 +27,7 @@ class HeartbeatPublisher:
 
     Attributes:
         run: id of this run of the process.
+        version: of the software.
     """
 
     def __init__(self, node: Node, health: Callable[[], Health] | None = None) -> None:
@@ -34,7 +35,7 @@ class HeartbeatPublisher:
         self._node, self._health = node, health
         self.run = uuid.uuid4().hex
         self._sequence = 0
-        self._version = software_version()
+        self.version = software_version()
         self._publisher = node.create_publisher(Heartbeat, 'heartbeat', HEARTBEAT_QOS)
         node.create_timer(HEARTBEAT_PERIOD, self.publish, clock=steady_clock())
         self.publish()
@@ -45,7 +46,7 @@ class HeartbeatPublisher:
         self._sequence += 1
         beat = Heartbeat(
             node=self._node.get_fully_qualified_name(), run=self.run, sequence=self._sequence,
-            state=int(state), message=message, version=self._version,
+            state=int(state), message=message, version=self.version,
         )  # fmt: skip
         beat.header.stamp = time_msg(time.time_ns())
         self._publisher.publish(beat)
