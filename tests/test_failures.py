@@ -14,7 +14,7 @@ import psutil
 import pytest
 from sensor_msgs.msg import JointState
 
-from graph import LATCHED, Graph, NodeProcess
+from graph import HOLD_KEEPER, LATCHED, Graph, NodeProcess
 from likeme_msgs.msg import Decision, Outcome, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -121,6 +121,7 @@ def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
 
 def test_an_arm_that_freezes_for_a_while_goes_on(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
+        graph.start(HOLD_KEEPER)
         arm = graph.start('likeme_arm_sim.arm_driver_node', seed=1)
         motion = begin(graph, 'human', 'chicken', 'place_left')
         joints = graph.collect(JointState, 'joint_states')

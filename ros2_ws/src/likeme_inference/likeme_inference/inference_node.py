@@ -35,7 +35,7 @@ from likeme_inference.session_inputs import (
     read_motion,
 )
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import help_request
+from likeme_inference.tabletop.imitation import help_request, model_gaps
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession, Phase
 from likeme_inference.tabletop.values import (
@@ -128,6 +128,12 @@ class InferenceNode(Node):
             f'I know {", ".join(model.objects)} from {model.label} and imitate in '
             f'{values["mode"]} mode. Show me something.'
         )
+        self._report_gaps()
+
+    def _report_gaps(self) -> None:
+        """Log which objects either the model or the world lacks."""
+        for sentence in model_gaps(self._session.model, self._session.settings):
+            self.get_logger().warning(sentence)
 
     def _validate(self, values: Values, changed: set[str]) -> None:
         """Refuse invalid values, or values that cannot change now.
@@ -158,6 +164,7 @@ class InferenceNode(Node):
                 + (str(Path(place).expanduser().absolute()) if place else 'which is shipped')
                 + '.'
             )
+            self._report_gaps()
 
     def _restart(self, replayed: bool) -> None:
         self._session = ImitationSession(self._session.model, self._session.settings)

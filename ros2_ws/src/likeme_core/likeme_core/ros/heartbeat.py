@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 import uuid
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from likeme_core.heartbeats import HEARTBEAT_PERIOD, Change, HeartbeatMonitor, NodeState
+from likeme_core.ros.diagnostics import software_version
 from likeme_core.ros.time import steady_clock, time_msg
 from likeme_msgs.msg import Heartbeat
 
@@ -72,11 +72,3 @@ class HeartbeatSubscriber:
         )
         if change is not None:
             self._on_change(beat.node, change)
-
-
-def software_version() -> str:
-    """The version of the installed software; 'unknown' in a tree that is not installed."""
-    try:
-        return version('likeme_core')
-    except PackageNotFoundError:
-        return 'unknown'
