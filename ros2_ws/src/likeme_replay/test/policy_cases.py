@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from policy_traces import BY_NOBODY, MOTION, UNSURE, Trace, question
+from policy_traces import BY_NOBODY, MOTION, NOTHING_MOVED, UNSURE, Trace, question
 
 
 def holds_only_grow(t: Trace, bad: bool) -> None:
@@ -110,15 +110,18 @@ def no_motion_after_the_outcome(t: Trace, bad: bool) -> None:
 def no_motion_begins_while_held(t: Trace, bad: bool) -> None:
     t.hold(held=True)
     for _ in range(3):
-        t.hold(held=bad, change=1 if bad else 2)
-    t.told(held=bad, change=2)
+        t.hold(held=True)
     t.motion(id='x')
+    t.motion(2, id='x', outcome=3, **({} if bad else NOTHING_MOVED))
 
 
 def no_motion_begins_unheard(t: Trace, bad: bool) -> None:
     t.hold()
-    t.wait(1 if bad else 0.2)
+    t.wait(1)
     t.motion(id='x')
+    if not bad:
+        t.hold()
+    t.motion(2, id='x')
 
 
 def held_motions_end(t: Trace, bad: bool) -> None:
@@ -238,6 +241,13 @@ def decision_ids_count_up(t: Trace, bad: bool) -> None:
     t.decision(t.table(0), shown, id=3 if bad else 2)
 
 
+def decisions_stay(t: Trace, bad: bool) -> None:
+    shown = t.shown()
+    time = t.table(0)
+    t.decision(time, shown)
+    t.decision(time, shown, mode='sequential' if bad else 'interactive')
+
+
 def decisions_keep_the_belief(t: Trace, bad: bool) -> None:
     shown = t.shown()
     if not bad:
@@ -319,8 +329,9 @@ def outcomes_once(t: Trace, bad: bool) -> None:
     t.moved()
     time = t.table(1)
     t.outcome(time)
+    t.outcome(time)
     if bad:
-        t.outcome(time)
+        t.outcome(t.table(1))
 
 
 def outcomes_are_seen(t: Trace, bad: bool) -> None:
@@ -442,9 +453,9 @@ def demonstrations_are_heard(t: Trace, bad: bool) -> None:
     t.heard(0, time)
     t.demonstration(time)
     t.heard(0 if bad else 1, time)
-    t.wait(1.9)
-    t.heard(0, time)
-    t.wait(0.5)
+    for _ in range(6):
+        t.wait(1.9)
+        t.heard(0, time)
 
 
 def heartbeats_count_up(t: Trace, bad: bool) -> None:

@@ -170,6 +170,9 @@ UNSURE: dict[str, Any] = {
 #: Changes of an outcome without an action by the robot.
 BY_NOBODY: dict[str, Any] = {'action': 255, 'predicted_success': math.nan, 'motion_outcome': 255}
 
+#: Changes of a motion by which nothing moved.
+NOTHING_MOVED: dict[str, Any] = {'started': stamp(0), 'finished': stamp(0)}
+
 
 def question(time: float, **changes: Any) -> SimpleNamespace:
     fields = {'id': 1, 'object': 'pear', 'x_i': 0, 'goal': 1, 'action': 1}

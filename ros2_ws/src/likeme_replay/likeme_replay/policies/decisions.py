@@ -32,12 +32,29 @@ class DecisionsFollowDemonstrations(Policy):
 
 
 class DecisionIdsCountUp(Policy):
-    """Ids of decisions grow by one and never repeat, also across restarts."""
+    """Ids of decisions grow by one, also across restarts; only the last one is told again."""
 
     def on_decision(self, message: Any, _: float) -> Found:
         last = self.seen.decision
-        if last is not None and message.id != last.id + 1:
+        if last is None or message.id == last.id + 1:
+            return
+        if message.id != last.id or not self.seen.is_repeated(message):
             yield f'Expected the id {last.id + 1}, got {message.id}.'
+
+
+class DecisionsStay(Policy):
+    """A decision that is told again is the same in every number."""
+
+    def on_decision(self, message: Any, _: float) -> Found:
+        known = self.seen.decisions.get(int(message.id))
+        if known is None or not self.seen.is_repeated(message):
+            return
+        expected, got = (
+            (d.x_i, d.goal, d.action, d.mode, close(d.goal_posterior, known.goal_posterior))
+            for d in (known, message)
+        )
+        if expected != got:
+            yield f'Expected decision {message.id} to stay {expected}, got {got}.'
 
 
 class DecisionsKeepTheBelief(Policy):
@@ -170,6 +187,8 @@ class BudgetCountsDown(Policy):
         self._last: Any = None
 
     def on_decision(self, message: Any, _: float) -> Found:
+        if self.seen.is_repeated(message):
+            return
         last, self._last = self._last, message
         if message.mode != 'sequential':
             if message.actions_left != 1:

@@ -74,7 +74,7 @@ class DemonstrationsAreHeard(Policy):
     def on_demonstration(self, message: Any, now: float) -> Found:
         if now - self._heard <= self.bounds.told:
             sentence = f'Expected the session to take a demonstration of {message.object}.'
-            self._waiting.expect(stamp_of(message), now + self.bounds.told, sentence)
+            self._waiting.expect(stamp_of(message), now + self.bounds.taken, sentence)
         yield from ()
 
     def on_heard(self, message: Any, now: float) -> Found:

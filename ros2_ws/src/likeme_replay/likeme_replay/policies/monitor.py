@@ -21,6 +21,8 @@ from likeme_replay.policies.seen import Seen
 
 #: Violations that are kept; all are counted.
 KEPT = 1000
+#: s between two looks at what has not come in time.
+TICK = 0.1
 
 
 class PolicyMonitor:
@@ -40,12 +42,17 @@ class PolicyMonitor:
         self.violations: deque[Violation] = deque(maxlen=KEPT)
         self.counts: Counter[str] = Counter()
         self.messages = 0
-        self._policies = [policy(self.seen, bounds or Bounds()) for policy in policies]
-        self._waiting = [p for p in self._policies if type(p).tick is not Policy.tick]
+        checks = {each.name(): each(self.seen, bounds or Bounds()) for each in policies}
+        self._ticked = float('-inf')
+        self._waiting = [
+            (name, policy)
+            for name, policy in checks.items()
+            if type(policy).tick is not Policy.tick
+        ]
         self._handlers: dict[str, list[tuple[str, Handler]]] = {
             topic: [
-                (policy.name(), getattr(policy, method_of(topic)))
-                for policy in self._policies
+                (name, getattr(policy, method_of(topic)))
+                for name, policy in checks.items()
                 if topic in policy.topics()
             ]
             for topic in (*TOPICS, QUESTIONS)
@@ -54,7 +61,7 @@ class PolicyMonitor:
     def hear(self, topic: str, message: Any, now: float) -> list[Violation]:
         """Take a message of one of the topics, received at `now`, s; the violations it shows."""
         self.messages += 1
-        found = list(self.tick(now))
+        found = self.tick(now) if abs(now - self._ticked) >= TICK else []
         for policy, handler in self._handlers[topic]:
             found += self._add(policy, handler(message, now), now)
         self.seen.update(topic, message, now)
@@ -67,8 +74,9 @@ class PolicyMonitor:
     def tick(self, now: float) -> list[Violation]:
         """Time has passed: the violations by what has not come until `now`, s."""
         found: list[Violation] = []
-        for policy in self._waiting:
-            found += self._add(policy.name(), policy.tick(now), now)
+        self._ticked = now
+        for name, policy in self._waiting:
+            found += self._add(name, policy.tick(now), now)
         return found
 
     def _add(self, policy: str, sentences: Found, now: float) -> Iterator[Violation]:

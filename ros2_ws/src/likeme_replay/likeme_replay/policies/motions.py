@@ -9,6 +9,7 @@ from likeme_replay.policies.motion_ids import decision_of
 from likeme_replay.policies.policy import Bounds, Deadlines, Found, Policy
 from likeme_replay.policies.seen import (
     ASK_HUMAN,
+    COMPLETED,
     ENDED,
     EXECUTE,
     LOST,
@@ -80,13 +81,14 @@ class OneMotionAtATime(Policy):
 
 
 class MotionsTakeTime(Policy):
-    """A motion that has ended began before it ended, and says how."""
+    """A motion that has ended began before it ended, or moved nothing, and says how it ended."""
 
     def on_motion(self, message: Any, _: float) -> Found:
         if message.state != ENDED:
             return
         started, finished = stamp_ns(message.started), stamp_ns(message.finished)
-        if message.outcome != LOST and not 0 < started <= finished:
+        still = started == finished == 0 and message.outcome != COMPLETED
+        if not still and not 0 < started <= finished:
             yield f'Expected a begin before the end, got {started} and {finished} ns.'
         if not message.message:
             yield f'Expected one sentence on the end of {message.id!r}, got none.'
@@ -151,24 +153,47 @@ class NoMotionAfterTheOutcome(Policy):
 
 
 class NoMotionBeginsWhileHeld(Policy):
-    """No motion begins while the cell is held."""
+    """A request that is accepted while the cell is held moves nothing until it is resumed."""
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._blocked: set[str] = set()
+
+    def on_cell_hold_state(self, message: Any, _: float) -> Found:
+        if not message.held:
+            self._blocked.clear()
+        yield from ()
 
     def on_motion(self, message: Any, now: float) -> Found:
-        held = self.seen.hold is not None and self.seen.hold.held
-        since = now - self.seen.hold_changed
-        if message.state == UNDER_WAY and held and since > self.bounds.reaction:
-            yield f'Expected no motion while held, got {message.id!r} after {since:.3f} s.'
+        hold = self.seen.hold
+        if message.state == UNDER_WAY:
+            if hold and hold.held and now - self.seen.hold_changed > self.bounds.reaction:
+                self._blocked.add(message.id)
+        elif message.id in self._blocked:
+            self._blocked.discard(message.id)
+            if stamp_ns(message.started):
+                yield f'Expected nothing to move while held, got the motion {message.id!r}.'
 
 
 class NoMotionBeginsUnheard(Policy):
-    """No motion begins while the hold keeper has not been heard for longer than allowed."""
+    """A request that is accepted while no hold keeper is heard moves nothing until one is."""
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._blocked: set[str] = set()
+
+    def on_cell_hold_state(self, _message: Any, _: float) -> Found:
+        self._blocked.clear()
+        yield from ()
 
     def on_motion(self, message: Any, now: float) -> Found:
-        if self.seen.hold is None or message.state != UNDER_WAY:
-            return
-        silence = now - self.seen.hold_heard
-        if silence > self.bounds.keeper_silence:
-            yield f'Expected a hold keeper when a motion begins, got none for {silence:.2f} s.'
+        if message.state == UNDER_WAY and self.seen.hold is not None:
+            if now - self.seen.hold_heard > self.bounds.keeper_silence:
+                self._blocked.add(message.id)
+        elif message.id in self._blocked:
+            self._blocked.discard(message.id)
+            if stamp_ns(message.started):
+                yield f'Expected a hold keeper before {message.id!r} moves, got none.'
 
 
 class HeldMotionsEnd(Policy):

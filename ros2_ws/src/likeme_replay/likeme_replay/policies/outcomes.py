@@ -47,11 +47,15 @@ class OutcomesOfDecisions(Policy):
 
 
 class OutcomesOnce(Policy):
-    """A decision has one outcome."""
+    """A decision has one outcome; only the very same one is told again, after a restart."""
 
     def on_outcome(self, message: Any, _: float) -> Found:
-        if int(message.decision_id) in self.seen.outcomes:
-            yield f'Expected one outcome of decision {message.decision_id}, got another.'
+        known = self.seen.outcomes.get(int(message.decision_id))
+        if known is None:
+            return
+        before, now = ((stamp_of(o), o.result, o.x_f) for o in (known, message))
+        if before != now:
+            yield f'Expected {before} of decision {message.decision_id} to stay, got {now}.'
 
 
 class OutcomesAreSeen(Policy):
@@ -173,7 +177,7 @@ class EveryActIsTried(Policy):
         self._waiting = Deadlines()
 
     def on_decision(self, message: Any, now: float) -> Found:
-        if message.kind == EXECUTE:
+        if message.kind == EXECUTE and not self.seen.is_repeated(message):
             self._expect(int(message.id), now)
         yield from ()
 

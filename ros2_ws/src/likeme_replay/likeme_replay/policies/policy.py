@@ -55,6 +55,8 @@ class Bounds:
         outcome: from the end of a motion, or an answer, to the outcome.
         question: from a decision to ask to its question in `ask_human`.
         told: from a change of the hold to its report on `cell/holds`.
+        taken: from a demonstration to its acknowledgement by the session, which waits while its
+            log cannot be written.
     """
 
     reaction: float = 0.1
@@ -68,6 +70,7 @@ class Bounds:
     outcome: float = 30.0
     question: float = 10.0
     told: float = 2.0
+    taken: float = 10.0
 
 
 class Violation(NamedTuple):
@@ -139,8 +142,7 @@ class Deadlines:
 
     def overdue(self, now: float) -> Found:
         """The sentences of what has not come in time; each once."""
-        late = [key for key, (deadline, _) in self._open.items() if now > deadline]
-        for key in late:
+        for key in [key for key, (deadline, _) in self._open.items() if now > deadline]:
             yield self._open.pop(key)[1]
 
 

@@ -109,6 +109,13 @@ class Seen:
         outcome = self.outcomes.get(int(latest.id))
         return latest if outcome is None or outcome.result == SKIPPED else None
 
+    def is_repeated(self, decision: Any) -> bool:
+        """Whether a decision was published before: a node publishes its last one when restarted."""
+        known = self.decisions.get(int(decision.id))
+        return known is not None and (stamp_of(known), known.object, known.kind) == (
+            stamp_of(decision), decision.object, decision.kind
+        )  # fmt: skip
+
     def update(self, topic: str, message: Any, now: float) -> None:
         """Remember a message, received at `now`."""
         if topic in self._update:
@@ -130,10 +137,12 @@ class Seen:
         self.beliefs[stamp_of(message), message.object] = message
 
     def _on_decision(self, message: Any, _: float) -> None:
-        self.decisions[int(message.id)] = message
-        # Only if an id is given again, by a node that has forgotten its last decisions.
-        self.outcomes.pop(int(message.id), None)
-        self.answers.pop(int(message.id), None)
+        number = int(message.id)
+        if not self.is_repeated(message):
+            # An id that is given again, by a node that has forgotten its last decisions.
+            self.outcomes.pop(number, None)
+            self.answers.pop(number, None)
+        self.decisions[number] = message
 
     def _on_outcome(self, message: Any, _: float) -> None:
         self.outcomes[int(message.decision_id)] = message
