@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Usage: scripts/show.sh OBJECT FROM TO [--by place|push] [--force] [--network] [--domain N]
+# Usage: scripts/show.sh OBJECT FROM TO [--by MANNER] [--force] [--network] [--domain N]
 #
 # Lets the simulated person show the robot an act: move OBJECT from one state to another.
 #
-#   OBJECT       pear, lemon or chicken
-#   FROM, TO     left, right or offtable; FROM must be where the camera sees it
-#   --by MANNER  place (lift it, the default) or push
+#   OBJECT       an object of the world, e.g. pear
+#   FROM, TO     regions of the world, e.g. left and right; FROM must be where the camera sees it
+#   --by MANNER  place (lift it, the default), push, or drop where the world has it
 #   --force      go on even if the camera sees it elsewhere
 #   --network    look for the cell on other machines of the subnet too
 #   --domain N   ROS domain (default: ROS_DOMAIN_ID or 0)

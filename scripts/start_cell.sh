@@ -3,12 +3,14 @@
 #
 # Starts the cell in the foreground: arm driver (with the simulated cell), perception, inference.
 # Ctrl-C ends every process, and so does SIGINT or SIGTERM, also when a script has started the cell
-# with `&`; under nohup it outlives the terminal. When one ends by itself, the others are ended and the
-# exit code is 1.
+# with `&`; under nohup it outlives the terminal. A node that dies is started again: at once, then after
+# growing pauses; the fifth death in a row, each within 30 s of a start, ends all with exit code 1. So
+# does a node that refuses its parameters, or that somebody told to stop.
 #
 #   --only PART               start this part alone: arm, perception or inference; may be repeated
 #   --simulate PART           simulate this part alone: arm, person or camera; may be repeated. The others
 #                             are real: start their drivers yourself
+#   --no-respawn              end all when a node dies
 #   --network                 let nodes on other machines of the subnet take part (default: this host)
 #   --mode MODE               how the robot imitates: trajectory, goal_based, interactive or sequential
 #   --threshold P             ask for help below this predicted success, 0 to 1

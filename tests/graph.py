@@ -29,11 +29,20 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from likeme_core.processes import die_with_parent
 
+#: Without it nothing moves.
+HOLD_KEEPER = 'likeme_arm.hold_keeper_node'
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 #: s in which a node process must have ended after SIGINT.
 GRACE = 30.0
 #: Bounds are named for an idle machine; this many times longer is waited before a test fails.
 SLACK = 5
+
+
+def ros_arguments(parameters: Mapping[str, Any]) -> list[str]:
+    """Words of a command line that set ROS parameters."""
+    values = [f'{name}:={json.dumps(value)}' for name, value in parameters.items()]
+    words = [word for value in values for word in ('-p', value)]
+    return ['--ros-args', *words] if words else []
 
 
 class NodeProcess:
@@ -154,9 +163,7 @@ class Graph:
 
     def start(self, module: str, *arguments: str, **parameters: Any) -> NodeProcess:
         """Start a Python module as a node, with ROS parameters."""
-        values = [f'{name}:={json.dumps(value)}' for name, value in parameters.items()]
-        ros = ['--ros-args', *(word for value in values for word in ('-p', value))]
-        command = [sys.executable, '-m', module, *arguments, *(ros if values else [])]
+        command = [sys.executable, '-m', module, *arguments, *ros_arguments(parameters)]
         return self.run(module.rpartition('.')[2], *command)
 
     def until(self, condition: Callable[[], Any], timeout: float, what: str) -> Any:

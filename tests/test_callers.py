@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import pytest
@@ -16,6 +16,9 @@ from domain_coordinator import domain_id
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from std_srvs.srv import Trigger
 
+from in_process import Answer, command
+from likeme_bringup.ros import cell_commands as commands
+from likeme_bringup.ros import service_client
 from likeme_core.paper_world import LEFT, WORLD
 from likeme_core.ros.world import WorldPublisher
 from likeme_msgs.msg import ObjectState, TableState
@@ -84,8 +87,9 @@ def cell(domain: int) -> Iterator[StandIn]:
     context.try_shutdown()
 
 
-def person_runs(domain: int, *words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
+def process(domain: int, *words: str) -> Answer:
+    """Run a command in a process of its own."""
+    told = subprocess.run(
         [sys.executable, '-m', 'likeme_bringup.ros.cell_commands', *words],
         capture_output=True,
         text=True,
@@ -93,50 +97,49 @@ def person_runs(domain: int, *words: str) -> subprocess.CompletedProcess[str]:
         check=False,
         env=os.environ | {'ROS_DOMAIN_ID': str(domain)},
     )
+    return Answer(told.returncode, told.stdout, told.stderr)
 
 
 def test_the_arm_is_asked_by_names(cell: StandIn) -> None:
-    answer = person_runs(cell.domain, 'arm', 'push_left', 'pear')
-    assert (answer.returncode, answer.stdout) == (0, 'Done.\n'), answer.stderr
+    answer = process(cell.domain, 'arm', 'push_left', 'pear')
+    assert (answer.code, answer.stdout) == (0, 'Done.\n'), answer.stderr
     request = cell.asked.pop()
     assert (request.object, request.action) == ('pear', 'push_left')
 
 
 def test_a_motion_that_was_not_completed_is_exit_code_1(cell: StandIn) -> None:
-    answer = person_runs(cell.domain, 'arm', 'place_left', 'lemon')
-    assert (answer.returncode, answer.stderr) == (1, 'The gripper closed on nothing.\n')
+    answer = process(cell.domain, 'arm', 'place_left', 'lemon')
+    assert (answer.code, answer.stderr) == (1, 'The gripper closed on nothing.\n')
 
 
 def test_a_demonstration_is_made_of_manner_and_target(cell: StandIn) -> None:
-    answer = person_runs(cell.domain, 'show', 'pear', 'left', 'right', '--by', 'push')
-    assert answer.returncode == 0, answer.stderr
+    answer = process(cell.domain, 'show', 'pear', 'left', 'right', '--by', 'push')
+    assert answer.code == 0, answer.stderr
     assert cell.asked.pop().action == 'PUSH_RIGHT'
 
 
 def test_a_demonstration_from_elsewhere_is_not_begun(cell: StandIn) -> None:
     before = len(cell.asked)
-    answer = person_runs(cell.domain, 'show', 'pear', 'right', 'left')
-    assert answer.returncode == 1
+    answer = process(cell.domain, 'show', 'pear', 'right', 'left')
+    assert answer.code == 1
     assert answer.stderr.startswith('The camera sees the pear left, not right')
     assert len(cell.asked) == before
 
 
 def test_force_goes_on(cell: StandIn) -> None:
-    answer = person_runs(cell.domain, 'show', 'pear', 'right', 'left', '--force')
-    assert answer.returncode == 0, answer.stderr
+    answer = process(cell.domain, 'show', 'pear', 'right', 'left', '--force')
+    assert answer.code == 0, answer.stderr
     assert cell.asked.pop().action == 'PLACE_LEFT'
 
 
 def test_an_object_the_camera_does_not_know(cell: StandIn) -> None:
-    answer = person_runs(cell.domain, 'show', 'apple', 'right', 'left')
-    assert (answer.returncode, answer.stderr) == (1, 'The camera knows pear, not apple.\n')
+    answer = process(cell.domain, 'show', 'apple', 'right', 'left')
+    assert (answer.code, answer.stderr) == (1, 'The camera knows pear, not apple.\n')
 
 
 def test_reset_takes_places(cell: StandIn) -> None:
-    answer = person_runs(
-        cell.domain, 'cell', 'reset', 'pear=left', 'lemon=offtable', '--seed', '3'
-    )
-    assert answer.returncode == 0, answer.stderr
+    answer = process(cell.domain, 'cell', 'reset', 'pear=left', 'lemon=offtable', '--seed', '3')
+    assert answer.code == 0, answer.stderr
     request = cell.asked.pop()
     assert (request.objects, list(request.states), request.seed) == (
         ['pear', 'lemon'],
@@ -146,24 +149,32 @@ def test_reset_takes_places(cell: StandIn) -> None:
 
 
 def test_hold(cell: StandIn) -> None:
-    assert person_runs(cell.domain, 'cell', 'hold').returncode == 0
+    assert process(cell.domain, 'cell', 'hold').code == 0
 
 
-def test_a_service_that_is_not_there_is_exit_code_3(cell: StandIn) -> None:
-    answer = person_runs(cell.domain, 'cell', 'resume')
-    assert answer.returncode == 3
+def test_a_service_that_is_not_there_is_exit_code_3(
+    cell: StandIn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(service_client, 'DISCOVERY_TIMEOUT', 0.5)
+    answer = command(commands.cell, cell.domain, 'resume')
+    assert answer.code == 3
     assert answer.stderr.startswith('Nobody serves cell/resume on ROS domain')
 
 
+def test_wrong_usage_of_a_process_is_exit_code_2(domain: int) -> None:
+    assert process(domain, 'cell', 'dance').code == 2
+
+
 @pytest.mark.parametrize(
-    'words',
+    ('entry_point', 'words'),
     [
-        ('arm', 'push_left'),
-        ('show', 'pear', 'left'),
-        ('cell', 'reset', 'pear='),
-        ('cell', 'dance'),
-        ('arm', 'push_left', 'pear', '--domain', '400'),
+        (commands.arm, ('push_left',)),
+        (commands.show, ('pear', 'left')),
+        (commands.cell, ('reset', 'pear=')),
+        (commands.arm, ('push_left', 'pear', '--domain', '400')),
     ],
 )
-def test_wrong_usage_is_exit_code_2(domain: int, words: tuple[str, ...]) -> None:
-    assert person_runs(domain, *words).returncode == 2
+def test_wrong_usage_is_exit_code_2(
+    domain: int, entry_point: Callable[[], None], words: tuple[str, ...]
+) -> None:
+    assert command(entry_point, domain, *words).code == 2

@@ -77,7 +77,9 @@ def test_a_result_depends_on_the_actions_alone() -> None:
     assert done.view.stamp > first.view.stamp > first.report.finished > 0
 
 
-def test_an_episode_closes_every_cell_it_makes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_episode_repeats_and_closes_every_cell_it_makes(
+    lemon_back: ImitationEpisode, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made: list[Cell] = []
 
     def new_cell(*arguments: Any) -> Cell:
@@ -85,14 +87,13 @@ def test_an_episode_closes_every_cell_it_makes(monkeypatch: pytest.MonkeyPatch) 
         return made[-1]
 
     monkeypatch.setattr(demonstration, 'Cell', new_cell)
-    make_episode(BACK, TEXT, WORLD.source)
+    assert make_episode(BACK, TEXT, WORLD.source) == lemon_back
     assert made
     assert not any(cell.physics_world.client.isConnected() for cell in made)
 
 
-def test_an_episode_is_a_function_of_task_and_model(lemon_back: ImitationEpisode) -> None:
+def test_an_episode_follows_from_task_and_model(lemon_back: ImitationEpisode) -> None:
     asked = make_episode(ASKED, TEXT, WORLD.source)
-    assert make_episode(BACK, TEXT, WORLD.source) == lemon_back
     assert asked.understood
     assert lemon_back.perceived == (PerceivedDemonstration(RIGHT, LEFT, Manner.PUSH),)
     for results in asked.results.values():
@@ -131,8 +132,8 @@ def test_a_stopped_table_continues_with_other_workers(
     (log,) = (tmp_path / 'out' / 'table1-executed').iterdir()
     lines = log.read_text().splitlines(keepends=True)
     assert len(lines) == 4
-    # As a power-off leaves it: two lines whole, one torn.
-    log.write_text(''.join(lines[:2]) + lines[2][:40])
+    # As a power-off leaves it: all lines whole but the last one.
+    log.write_text(''.join(lines[:3]) + lines[3][:40])
     assert run(*words, '--workers', '1').stdout == first.stdout
     _check_document(json.loads(first.stdout))
     picture = cv2.imread(str(tmp_path / 'drawn' / 'table1-executed.png'))

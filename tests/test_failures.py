@@ -14,7 +14,7 @@ import psutil
 import pytest
 from sensor_msgs.msg import JointState
 
-from graph import LATCHED, Graph, NodeProcess
+from graph import HOLD_KEEPER, LATCHED, Graph, NodeProcess
 from likeme_msgs.msg import Decision, Outcome, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -59,9 +59,9 @@ def children(process: NodeProcess) -> dict[str, psutil.Process]:
 
 
 @pytest.mark.parametrize('victim', ['arm_driver_node', 'perception_node', 'inference_node'])
-def test_one_node_dies_in_mid_action_and_all_end(tmp_path: Path, victim: str) -> None:
+def test_without_respawn_all_end_with_one_node(tmp_path: Path, victim: str) -> None:
     with Graph(tmp_path) as graph:
-        cell = graph.run('cell', *START_CELL, '--seed', '1')
+        cell = graph.run('cell', *START_CELL, '--seed', '1', '--no-respawn')
         motion = begin(graph, 'human', 'chicken', 'place_left')
         nodes = graph.until(lambda: len(c := children(cell)) == 3 and c, 10, 'three nodes')
         graph.during(1.0)
@@ -80,7 +80,7 @@ def test_one_node_dies_in_mid_action_and_all_end(tmp_path: Path, victim: str) ->
 @pytest.mark.slow
 def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
-        arm_words = (*START_CELL, '--only', 'arm', '--seed', '1')
+        arm_words = (*START_CELL, '--only', 'arm', '--seed', '1', '--no-respawn')
         arm = graph.run('arm', *arm_words)
         graph.start('likeme_perception.perception_node')
         thinking = graph.start('likeme_inference.inference_node', action_timeout=ACTION_TIMEOUT)
@@ -121,6 +121,7 @@ def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
 
 def test_an_arm_that_freezes_for_a_while_goes_on(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
+        graph.start(HOLD_KEEPER)
         arm = graph.start('likeme_arm_sim.arm_driver_node', seed=1)
         motion = begin(graph, 'human', 'chicken', 'place_left')
         joints = graph.collect(JointState, 'joint_states')
@@ -180,6 +181,7 @@ def test_scripts_without_a_cell(tmp_path: Path) -> None:
         [SCRIPTS / 'arm.sh', 'push_left', 'pear'],
         [SCRIPTS / 'show.sh', 'pear', 'left', 'right'],
         [SCRIPTS / 'cell.sh', 'hold'],
+        [SCRIPTS / 'cell.sh', 'status'],
         [link, 'list'],
     )
     with Graph(tmp_path) as graph:

@@ -9,10 +9,12 @@ from pathlib import Path
 import psutil
 import pytest
 import typer
+from domain_coordinator import domain_id
 from typer.testing import CliRunner
 
 from graph import Graph, NodeProcess
-from likeme_experiments.commands.gaze import main
+from in_process import command
+from likeme_experiments.commands import gaze as gaze_command
 
 pytestmark = pytest.mark.graph
 
@@ -70,13 +72,14 @@ def test_two_gaze_nodes_are_an_error(tmp_path: Path) -> None:
         assert other.alive
 
 
-def test_a_missing_gaze_node_is_reported(tmp_path: Path) -> None:
-    with Graph(tmp_path) as graph:
-        run = gaze(graph, '--no-start')
-        assert run.wait(30) == 1
-        assert run.said == (
-            f'gaze: Expected gaze_node on ROS domain {graph.domain} within 8 s, got nothing.\n'
-        )
+def test_a_missing_gaze_node_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gaze_command, 'DISCOVERY_TIMEOUT', 0.5)
+    with domain_id() as domain:
+        told = command(gaze_command.run, domain, '--no-start')
+    assert told.code == 1
+    assert told.stderr == (
+        f'gaze: Expected gaze_node on ROS domain {domain} within 0.5 s, got nothing.\n'
+    )
 
 
 def test_the_last_line_of_a_failed_node_is_reported(tmp_path: Path) -> None:
@@ -84,7 +87,7 @@ def test_the_last_line_of_a_failed_node_is_reported(tmp_path: Path) -> None:
         run = gaze(graph, '--points', '3')
         assert run.wait(30) == 1
         assert run.said == (
-            'gaze: The gaze node ended with exit code 1: gaze_node does not start: Expected at '
+            'gaze: The gaze node ended with exit code 78: gaze_node does not start: Expected at '
             'least 5 training points, got 3.\n'
         )
 
@@ -115,5 +118,5 @@ def test_ctrl_c_ends_both(tmp_path: Path) -> None:
 )
 def test_invalid_options_are_rejected(arguments: list[str]) -> None:
     app = typer.Typer()
-    app.command()(main)
+    app.command()(gaze_command.main)
     assert CliRunner().invoke(app, arguments).exit_code == 2

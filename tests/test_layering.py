@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 import sys
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
@@ -172,3 +173,16 @@ def test_a_package_has_no_import_its_setup_does_not_name(package: str) -> None:
         pip for name, (_, pip) in KEYS.items() if name in ours and f"'{pip}" not in setup
     )
     assert not missing, f'{package}/setup.py does not name {missing}.'
+
+
+def test_what_starts_often_leaves_heavy_libraries_to_those_who_use_them() -> None:
+    """Each takes 0.1 to 0.3 s of every start; scipy, sqlalchemy and matplotlib are used late."""
+    modules = (
+        'likeme_bringup.demo, likeme_inference.ask_human_node, likeme_inference.inference_node'
+    )
+    code = (
+        f'import sys, {modules}; print({{"matplotlib", "scipy", "sqlalchemy"}} & {{*sys.modules}})'
+    )
+    command = [sys.executable, '-c', code]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert told.stdout == 'set()\n'

@@ -7,8 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from domain_coordinator import domain_id
 
 from graph import Graph
+from in_process import command
+from likeme_bringup.ros import param_command
 
 pytestmark = pytest.mark.graph
 
@@ -43,7 +46,12 @@ def test_parameters_are_listed_told_and_changed(tmp_path: Path) -> None:
             "'telepathy'.",
         )  # fmt: skip
         assert param('set', node_name, 'threshold', '0.3')[0] == 2
-        assert param('get', 'nobody', 'mode') == (
-            3, f'There is no node nobody on ROS domain {graph.domain}.',
-        )  # fmt: skip
         assert 'goal_prior = [1.0, 0.0, 0.0]' in node.said
+
+
+def test_an_absent_node_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(param_command, 'DISCOVERY_TIMEOUT', 0.5)
+    with domain_id() as domain:
+        told = command(param_command.param, domain, 'get', 'nobody', 'mode')
+    said = f'There is no node nobody on ROS domain {domain}.\n'
+    assert (told.code, told.stdout, told.stderr) == (3, '', said)

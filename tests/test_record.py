@@ -15,7 +15,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from typer.testing import CliRunner
 
-from graph import LATCHED, Graph, NodeProcess
+from graph import HOLD_KEEPER, LATCHED, Graph, NodeProcess
 from likeme_bags.headers import header_stamp
 from likeme_bags.reading import Bag, open_bag
 from likeme_msgs.msg import Decision, Demonstration, Outcome, TableState
@@ -123,6 +123,7 @@ def test_a_live_runs_own_recording_replays_to_its_decisions(tmp_path: Path) -> N
         graph.start('likeme_perception.perception_node')
         graph.start('likeme_inference.inference_node', mode='goal_based')
         # In real time: as fast as it goes, frames come faster than a recorder can promise to keep.
+        graph.start(HOLD_KEEPER)
         graph.start('likeme_arm_sim.arm_driver_node', seed=3)
         graph.until(lambda: tables and tables[-1].settled, 60, 'a settled table')
         # The recorder may come half a second after perception; by what it heard perception must

@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from graph import LATCHED, Graph
+from graph import HOLD_KEEPER, LATCHED, Graph
 from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.tabletop import State
@@ -38,6 +38,7 @@ class LiveCell:
 
     def __init__(self, graph: Graph) -> None:
         self.graph = graph
+        graph.start(HOLD_KEEPER)
         self.arm = graph.start('likeme_arm_sim.arm_driver_node', seed=1)
         self.tables = graph.collect(TableState, 'table_state')
         self.joints = graph.collect(JointState, 'joint_states')
@@ -250,9 +251,32 @@ def be_asked(cell: LiveCell) -> int:
     return int(kinds[-1].id)
 
 
-def test_ask_human_refuses_what_it_cannot_take(cell: LiveCell) -> None:
+def operators(cell: LiveCell, *calls: tuple[str, ...]) -> list[tuple[int, str, str]]:
+    """Run scripts/ask_human.sh from another folder, once for each call, all at the same time.
+
+    All that comes by the keyboard is a word that is no answer.
+    """
+    runs = [
+        subprocess.Popen(
+            [SCRIPTS / 'ask_human.sh', *words],
+            env=cell.graph.env,
+            cwd='/',
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for words in calls
+    ]
+    said = [run.communicate('what?\n', timeout=120) for run in runs]
+    assert 'Traceback' not in str(said), said
+    return [(run.returncode, *texts) for run, texts in zip(runs, said, strict=True)]
+
+
+def test_a_question_is_answered_once_by_service_or_script(cell: LiveCell) -> None:
     nothing = cell.ask(command=Ask.LIST)
     early = cell.ask(command=Ask.ANSWER, request_id=1, answer=Ask.SKIP, answered_by='Ada')
+    (empty,) = operators(cell, ('list',))
     number = be_asked(cell)
     listed = cell.ask(command=Ask.LIST)
     good = {
@@ -266,13 +290,23 @@ def test_ask_human_refuses_what_it_cannot_take(cell: LiveCell) -> None:
             {'object': 'chicken'}, {'action': ''}, {'stamp': time_msg(1)}, {'command': 5},
         )
     ]  # fmt: skip
-    accepted, second = cell.ask(**good), cell.ask(**good)
-    late = cell.ask(**good | {'request_id': number + 1})
+    told, unknown, nonsense, nobody, gone = operators(
+        cell,
+        ('list',),
+        ('answer', '999', 'skip'),
+        ('answer', str(number), 'maybe'),
+        ('answer', str(number), 'skip', '--by', ' '),
+        (),
+    )
+    (answered,) = operators(cell, ('answer', str(number), 'skip', '--by', 'Ada'))
+    second, late = cell.ask(**good), cell.ask(**good | {'request_id': number + 1})
+    (again,) = operators(cell, ('answer', str(number), 'done'))
     cell.graph.until(lambda: cell.outcomes, 10, 'an outcome')
 
     assert (nothing.success, nothing.pending) == (True, [])
     assert not early.success
     assert 'Nothing is pending' in early.message
+    assert empty[:2] == (0, 'Nothing is pending.\n')
     assert [request.id for request in listed.pending] == [number]
     assert 'pear' in listed.pending[0].question
     assert not any(answer.success for answer in refused)
@@ -283,53 +317,19 @@ def test_ask_human_refuses_what_it_cannot_take(cell: LiveCell) -> None:
     )  # fmt: skip
     for answer, words in zip(refused, why, strict=True):
         assert words in answer.message
-    assert (accepted.success, accepted.pending) == (True, [])
+    assert f'Request {number}: ' in told[1]
+    assert (told[0], told[2]) == (0, '')
+    assert [code for code, *_ in (unknown, nonsense, nobody, gone, again)] == [1, 2, 1, 1, 1]
+    assert [said.count('\n') for _, _, said in (unknown, nobody, again)] == [1, 1, 1]
+    assert 'typed before this question is not taken as its answer' in gone[1]
+    assert f'request {number} stays unanswered' in gone[1] + gone[2]
+    assert answered[1] == (
+        f'Request {number}, pear: skipped, push_left is not tried (answered by Ada).\n'
+    )
     assert (second.success, late.success) == (False, False)
     assert 'answered already: SKIP by Ada' in second.message
     assert 'Nothing is pending' in late.message
     assert cell.outcomes[-1].result == Outcome.SKIPPED
-
-
-def operator(
-    cell: LiveCell, *words: str, typed: str | None = None
-) -> subprocess.CompletedProcess[str]:
-    """Run scripts/ask_human.sh from another folder; `typed` is all that comes by the keyboard."""
-    return subprocess.run(
-        [SCRIPTS / 'ask_human.sh', *words],
-        env=cell.graph.env,
-        cwd='/',
-        input=typed,
-        stdin=subprocess.DEVNULL if typed is None else None,
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-
-
-def test_the_operators_script(cell: LiveCell) -> None:
-    empty = operator(cell, 'list')
-    number = str(be_asked(cell))
-    listed = operator(cell, 'list')
-    unknown = operator(cell, 'answer', '999', 'skip')
-    nonsense = operator(cell, 'answer', number, 'maybe')
-    nobody = operator(cell, 'answer', number, 'skip', '--by', ' ')
-    gone = operator(cell, typed='what?\n')
-    answered = operator(cell, 'answer', number, 'skip', '--by', 'Ada')
-    again = operator(cell, 'answer', number, 'done')
-
-    assert (empty.returncode, empty.stdout) == (0, 'Nothing is pending.\n')
-    assert f'Request {number}: ' in listed.stdout
-    assert (listed.returncode, listed.stderr) == (0, '')
-    assert [r.returncode for r in (unknown, nonsense, nobody, gone, again)] == [1, 2, 1, 1, 1]
-    assert unknown.stderr.count('\n') == nobody.stderr.count('\n') == again.stderr.count('\n') == 1
-    assert 'typed before this question is not taken as its answer' in gone.stdout
-    assert f'request {number} stays unanswered' in gone.stdout + gone.stderr
-    assert answered.stdout == (
-        f'Request {number}, pear: skipped, push_left is not tried (answered by Ada).\n'
-    )
-    for run in (empty, listed, unknown, nonsense, nobody, gone, answered, again):
-        assert 'Traceback' not in run.stderr, run.stderr
 
 
 def test_the_operator_at_the_keyboard(cell: LiveCell) -> None:

@@ -118,6 +118,17 @@ def test_other_letters_are_refused_where_a_distribution_builds(tmp_path: Path) -
     assert b'may have ASCII letters only' in answer.stderr
 
 
+def test_compiled_modules_are_kept_in_the_environment() -> None:
+    command = (
+        'scripts/run.sh',
+        'python',
+        '-c',
+        'import sys; print(sys.dont_write_bytecode, sys.pycache_prefix)',
+    )
+    asked = run(*command, cwd=ROOT, PYTHONDONTWRITEBYTECODE='1', PYTHONPYCACHEPREFIX='/no/such')
+    assert asked.stdout == f'False {ROOT / ".venv" / "pycache"}\n'
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(900)
 def test_fresh_clone_sets_up_once(clone: Path) -> None:
@@ -142,7 +153,9 @@ def test_fresh_clone_sets_up_once(clone: Path) -> None:
         assert run(*command, cwd=clone).returncode == 0
     sourced = f'source "{clone}/scripts/env.sh" && python -c "import likeme_msgs.msg"'
     assert run('bash', '-c', f'set -eu; {sourced}', cwd=Path('/')).returncode == 0
-    # Nothing but ignored files was made.
+    assert (clone / '.venv' / 'pycache').is_dir()
+    # Nothing but ignored files was made, and no compiled modules beside the sources.
+    assert not list((clone / 'ros2_ws' / 'src').rglob('__pycache__'))
     assert run('git', 'status', '--porcelain', cwd=clone).stdout == ''
 
     # Interrupted half-way: no stamp, a hole in the environment. The workspace is built anew, too;

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 import re
+from collections.abc import Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
 from pathlib import Path
 
 import pytest
 
 from bag_recipes import CHANGES, recipes
 from likeme_replay.decision_log import read_log
-from likeme_replay.offline_replay import replay_offline
+from likeme_replay.offline_replay import ReplayResult, replay_offline
 from make_bags import readme, row
 
 BAGS = Path(__file__).parents[1] / 'bags'
@@ -34,9 +38,22 @@ def test_the_folder_is_small() -> None:
     assert sum(p.stat().st_size for p in BAGS.rglob('*') if p.is_file()) < WEIGHT
 
 
+@pytest.fixture(scope='module')
+def replays(request: pytest.FixtureRequest) -> Iterator[dict[str, Future[ReplayResult]]]:
+    """The recordings that this session tests, replayed by one process for each core."""
+    tests = [item for item in request.session.items if isinstance(item, pytest.Function)]
+    names = [item.callspec.params['name'] for item in tests if 'replays' in item.fixturenames]
+    workers = len(os.sched_getaffinity(0))
+    with ProcessPoolExecutor(workers, multiprocessing.get_context('spawn')) as pool:
+        yield {name: pool.submit(replay_offline, BAGS / name) for name in names}
+        pool.shutdown(cancel_futures=True)
+
+
 @pytest.mark.parametrize('name', RECIPES)
-def test_a_recording_replays_to_the_log_beside_it(name: str) -> None:
-    replayed = replay_offline(BAGS / name)
+def test_a_recording_replays_to_the_log_beside_it(
+    name: str, replays: dict[str, Future[ReplayResult]]
+) -> None:
+    replayed = replays[name].result()
     assert replayed.complete, replayed.warnings
     assert replayed.counts.warnings == []
     assert replayed.log == (BAGS / f'{name}.jsonl').read_text(encoding='utf-8')

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
-from graph import LATCHED, Graph
+from graph import HOLD_KEEPER, LATCHED, Graph
+from in_process import refusal
+from likeme_arm_sim.arm_driver_node import main
 from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.msg import Decision, Outcome, TableState
@@ -22,11 +24,12 @@ from likeme_msgs.srv import ExecuteAction, ResetCell
 pytestmark = pytest.mark.graph
 DRIVER = 'likeme_arm_sim.arm_driver_node'
 PARTS = ('arm', 'person', 'camera')
-SUBSETS = [list(parts) for size in (1, 2, 3) for parts in combinations(PARTS, size)]
-#: What the node serves and publishes for each part; hold and resume go with the arm.
+#: Each part simulated and not simulated, and all of them.
+SUBSETS = [['arm'], ['person', 'camera'], list(PARTS)]
+#: What the node serves and publishes for each part; a hold keeper is a node of its own.
 SERVICES = {
-    'arm': {'/arm/execute_action', '/cell/hold', '/cell/resume'},
-    'person': {'/human/execute_action'},
+    'arm': {'/arm/execute_action', '/arm/motion_status'},
+    'person': {'/human/execute_action', '/human/motion_status'},
     'camera': {'/cell/reset'},
 }
 TOPICS = {
@@ -76,21 +79,17 @@ def test_what_is_not_simulated_is_neither_served_nor_published(
         graph.until(complete, START, f'{services} and {topics}')
 
 
-@pytest.mark.parametrize(
-    ('parameters', 'reason'),
-    [
-        ({'simulate': ['legs']}, "parts of arm, person, camera, got 'legs'"),
-        ({'simulate': ['camera'], 'real_time_factor': 0.0}, 'Expected real_time_factor 1'),
-    ],
-)
-def test_settings_that_do_not_fit_are_refused(
-    tmp_path: Path, parameters: dict[str, Any], reason: str
-) -> None:
+def test_a_process_with_settings_that_do_not_fit_is_refused(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
-        driver = graph.start(DRIVER, **parameters)
-        assert driver.wait(START) == 1
-        assert reason in driver.said
+        driver = graph.start(DRIVER, simulate=['camera'], real_time_factor=0.0)
+        assert driver.wait(START) == os.EX_CONFIG
+        assert 'Expected real_time_factor 1' in driver.said
         assert 'Traceback' not in driver.said
+
+
+def test_a_part_that_cannot_be_simulated_is_refused() -> None:
+    said = refusal(main, 'arm_driver', simulate=['legs'])
+    assert "parts of arm, person, camera, got 'legs'" in said
 
 
 def test_a_simulated_arm_acts_on_what_a_real_camera_sees(tmp_path: Path) -> None:
@@ -101,6 +100,7 @@ def test_a_simulated_arm_acts_on_what_a_real_camera_sees(tmp_path: Path) -> None
         )
         tables = graph.collect(TableState, 'table_state')
         graph.start('likeme_perception.perception_node')
+        graph.start(HOLD_KEEPER)
         graph.start(DRIVER, simulate=['arm', 'person'])
         graph.until(lambda: tables and tables[-1].settled, START, 'a table at rest')
         assert camera.alive
@@ -148,6 +148,7 @@ def test_a_real_arm_acts_on_what_the_simulated_camera_sees(tmp_path: Path) -> No
         tables = graph.collect(TableState, 'table_state')
         decisions = graph.collect(Decision, 'decision', LATCHED)
         outcomes = graph.collect(Outcome, 'outcome', LATCHED)
+        graph.start(HOLD_KEEPER)
         graph.start(DRIVER, simulate=['camera', 'person'])
         graph.start('likeme_perception.perception_node')
         graph.start('likeme_inference.inference_node', outcome_timeout=3.0)

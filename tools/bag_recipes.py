@@ -16,6 +16,7 @@ from likeme_core.paper_world import (
     WORLD,
 )
 from likeme_core.tabletop import Action, State
+from likeme_core.world.file import DEFAULT_WORLD
 
 
 class Mishap(Enum):
@@ -68,7 +69,7 @@ Deed = Wait | Show | Set | Robot | Help
 class Recipe(NamedTuple):
     """One recording: its name, the seed of the scene, the states before, and the deeds.
 
-    shows: what one sees in it, for people.
+    shows: what one sees in it, for people. world: whose objects, states and actions these are.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Recipe(NamedTuple):
     states: dict[str, State]
     deeds: tuple[Deed, ...]
     shows: str
+    world: str = DEFAULT_WORLD
 
 
 #: The state changes of the paper that are interesting: the object moves, and not from OFFTABLE.

@@ -17,7 +17,7 @@ from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_bags.values import Record
 from likeme_core.outcomes import Actor
-from likeme_core.paper_world import WORLD
+from likeme_core.world import load_world
 from likeme_experiments.learning.cell_perception import object_view
 from likeme_inference.session_inputs import InputKind, SessionInput
 from likeme_inference.tabletop.values import Reply
@@ -46,10 +46,12 @@ class SuiteScene:
         pace = CellSettings(
             arm_speed=1.5, human_speed=1.3, noise=NOISE, initial_states=recipe.states
         )
-        self.cell = Cell(WORLD, recipe.seed, pace)
+        self._world = load_world(recipe.world)
+        self.cell = Cell(self._world, recipe.seed, pace)
         self.entries: list[LogEntry] = []
         self._recipe, self._write = recipe, write
-        self._graph, self._scheduler = InProcessGraph(), InputScheduler(recorded=False)
+        world = {'world': recipe.world}
+        self._graph, self._scheduler = InProcessGraph(world, world), InputScheduler(recorded=False)
         self._inputs = 0
         self._has_reports = any(isinstance(deed, Robot | Help) for deed in recipe.deeds)
 
@@ -82,7 +84,7 @@ class SuiteScene:
             self._tick()
 
         self.cell.run_action(Actor.HUMAN, deed.object, deed.action, self._look, tick)
-        if self.cell.held:
+        if self.cell.block is not None:
             self.cell.resume()
             self.cell.clear_table(self._tick)
 
@@ -114,7 +116,7 @@ class SuiteScene:
     def _help(self, deed: Help) -> None:
         decision = self._graph.session.decision
         assert decision is not None, 'The robot did not ask.'
-        self._show(Show(decision.object, WORLD.action_to(decision.goal)))
+        self._show(Show(decision.object, self._world.action_to(decision.goal)))
         self.cell.step(1.0, self._tick)
         self._report(InputKind.ANSWER, answer=int(Reply.DONE_BY_HAND), message=deed.name)
 
@@ -122,7 +124,8 @@ class SuiteScene:
         if self.cell.physics_world.steps % STEPS_PER_FRAME:
             return
         images, stamp = self.cell.frame(), self.now
-        records = camera_messages.frame_records(stamp, images.rgb, images.depth_mm, WORLD.camera)
+        camera = self._world.camera
+        records = camera_messages.frame_records(stamp, images.rgb, images.depth_mm, camera)
         info, colour, depth = records
         for record in records:
             self._write(record)

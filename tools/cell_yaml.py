@@ -16,10 +16,9 @@ from domain_coordinator import domain_id
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from likeme_bringup.parameter_files import COMMON
+from likeme_bringup.parameter_files import COMMON, OF_THE_WORLD
 from likeme_bringup.ros.param_command import flow, limits
 from likeme_bringup.start_cell import MODULES
-from likeme_perception.node_settings import GEOMETRY
 
 HEADER = """\
 # Every parameter of every node, with its default and its range. A copy to start from: keep what
@@ -28,8 +27,6 @@ HEADER = """\
 # those of chung2015. Written by tools/cell_yaml.py; a test keeps it true."""
 # Not a part of the cell, and started by itself.
 GAZE = 'likeme_gaze.gaze_node'
-# A parameter file with their values would put the geometry of one world into another.
-OF_THE_WORLD = (*GEOMETRY, 'goal_prior', 'initial_states')
 
 
 def node_class(module: str) -> Callable[[], Node]:
@@ -54,7 +51,8 @@ def section(node: Node) -> Iterator[str]:
         if name.partition('.')[0] not in COMMON:
             about = node.describe_parameter(name)
             yield f'    # {about.description.rstrip(".")}{limits(about)}.'
-            mark = '# ' if name in OF_THE_WORLD else ''
+            # Their values here would put the geometry of one world into another.
+            mark = '# ' if name in OF_THE_WORLD.get(node.get_name(), ()) else ''
             yield f'    {mark}{name}: {flow(parameter.value)}'
 
 

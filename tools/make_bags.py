@@ -29,10 +29,13 @@ from likeme_bags.durable import DurableMcap, DurableWriter
 from likeme_bags.values import Record
 from likeme_core.paper_world import WORLD
 from likeme_core.tabletop import Manner
+from likeme_core.world import load_world
+from likeme_core.world.file import DEFAULT_WORLD
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_replay.decision_log import LogEvent
 from likeme_replay.message_definitions import definitions
 from likeme_replay.offline_replay import replay_offline
+from likeme_replay.recorded_parameters import KEY, WORLD_KEY, in_world
 
 #: Reliable, as the arm driver offers its images.
 OFFERED = Qos(
@@ -93,10 +96,15 @@ def write_bag(path: Path, recipe: Recipe) -> str:
     """
     shutil.rmtree(path, ignore_errors=True)
     custom = {'likeme.recipe': recipe.name, 'likeme.seed': str(recipe.seed)}
+    parameters = {}
+    if recipe.world != DEFAULT_WORLD:
+        parameters = in_world({}, recipe.world)
+        label = load_world(recipe.world).label
+        custom |= {KEY: json.dumps(parameters), WORLD_KEY: label}
     with _Recording(path, custom=custom) as recording:
         scene = SuiteScene(recipe, recording.take)
         scene.play()
-    replayed = replay_offline(path)
+    replayed = replay_offline(path, parameters)
     expected = ''.join(f'{entry.line}\n' for entry in scene.entries)
     if replayed.log != expected:
         raise ValueError(f'{path}: expected the log of the scene itself, got another one.')

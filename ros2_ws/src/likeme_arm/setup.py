@@ -14,6 +14,7 @@ setup(
     install_requires=[
         'setuptools',
         'numpy',
+        'typer',
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
@@ -21,4 +22,10 @@ setup(
     description='Action primitives (place, push) against an injected motion interface.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},
+    entry_points={
+        'console_scripts': [
+            'hold_keeper_node = likeme_arm.hold_keeper_node:main',
+            'stop = likeme_arm.ros.stop_command:main',
+        ],
+    },
 )

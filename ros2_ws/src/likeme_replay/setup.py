@@ -29,6 +29,8 @@ setup(
         'console_scripts': [
             'record = likeme_replay.record:main',
             'replay = likeme_replay.replay:main',
+            'policies = likeme_replay.policies.console:main',
+            'policy_monitor_node = likeme_replay.ros.policy_monitor_node:main',
         ],
     },
 )

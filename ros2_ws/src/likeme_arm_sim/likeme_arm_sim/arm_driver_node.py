@@ -10,8 +10,12 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 
+from likeme_arm.hold_monitor import Block, HoldMonitor
+from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
+from likeme_arm.ros.hold_topics import HoldTopics
 from likeme_arm_sim import messages
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.node_settings import (
@@ -22,18 +26,24 @@ from likeme_arm_sim.node_settings import (
 )
 from likeme_arm_sim.ros.arm_topics import ArmTopics
 from likeme_arm_sim.ros.camera_publisher import CameraPublisher
-from likeme_arm_sim.ros.cell_services import HoldServices, ResetService
 from likeme_arm_sim.ros.motion_service import SERVICES, MotionService
-from likeme_arm_sim.ros.other_servers import other_servers
+from likeme_arm_sim.ros.reset_service import ResetService
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
 from likeme_arm_sim.simulation_driver import SimulationDriver
+from likeme_core.heartbeats import NodeState
 from likeme_core.outcomes import Actor
 from likeme_core.ros import parameters
+from likeme_core.ros.heartbeat import HeartbeatPublisher
+from likeme_core.ros.other_servers import other_servers
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock, time_msg
 from likeme_core.ros.world import WorldPublisher, declare_world
+from likeme_core.state_folder import state_folder
+from likeme_msgs.msg import Motion
 
 STEPS_PER_CLOCK = 4
+#: Motions that late subscribers of `motion` receive.
+MOTIONS_KEPT = 100
 #: s between log lines about failed simulation steps.
 ERROR_PERIOD = 5.0
 
@@ -45,14 +55,20 @@ class ArmDriverNode(Node):
         arm: joint_states (JointState).
         camera: camera/rgb/image_rect_color (Image, rgb8), camera/rgb/camera_info (CameraInfo) and
         camera/depth_registered/image_rect (Image, 16UC1 mm), one stamp each frame.
-        All parts together: /clock (Clock). Always: /diagnostics (DiagnosticArray, 1 Hz).
+        All parts together: /clock (Clock). Always: /diagnostics (DiagnosticArray, 1 Hz),
+        heartbeat (Heartbeat), motion (Motion, reliable, transient local, depth 100): each request
+        when it begins and when it has ended.
     Subscribes:
         arm: table_state (TableState), where the arm believes the objects are.
+        cell/hold_state (HoldState), cell/stop (String): asked at every control step; nothing moves
+        unless the hold keeper is heard and allows it.
     Serves:
-        arm: arm/execute_action (ExecuteAction), answered when the motion has ended; cell/hold,
-        cell/resume (Trigger).
-        person: human/execute_action (ExecuteAction).
+        arm: arm/execute_action (ExecuteAction), answered when the motion has ended;
+        arm/motion_status (MotionStatus).
+        person: human/execute_action, human/motion_status.
         camera: cell/reset (ResetCell).
+    Client:
+        cell/hold (Trigger): of a keeper that missed a cell/stop
     Parameters: see node_settings.SETTINGS.
 
     While a part is real, stamps are of the system clock. If drawing is slower than the camera's
@@ -70,11 +86,24 @@ class ArmDriverNode(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
 
         seed, arm_visible = values['seed'], SimulatedPart.ARM in parts
-        self._cell = Cell(self._world, seed, cell_settings(values, self._world), arm_visible)
-        self._driver = SimulationDriver(self._cell, settings, self._on_step, self._on_error)
+        self._hold = HoldMonitor(values['hold_timeout'])
+        self._cell = Cell(
+            self._world, seed, cell_settings(values, self._world), arm_visible,
+            lambda: self._hold.block,
+        )  # fmt: skip
+        folder = state_folder(self.context.get_domain_id(), self.get_namespace())
+        self._journal = MotionJournal(folder / 'motions.sqlite')
+        self._driver = SimulationDriver(
+            self._cell, settings, self._on_step, self._on_error, self._journal, self._on_motion
+        )
         self._driver.real_time_factor = values['real_time_factor']
         self._create_interfaces(parts, values['publish_clock'])
         self._world_pub = WorldPublisher(self, self._world)
+        self._hold_topics = HoldTopics(self, self._hold)
+        self._heartbeat = HeartbeatPublisher(self, self._health)
+        for lost in self._journal.lost:
+            self.get_logger().warning(f'{lost.action} of the {lost.object}: {lost.message}')
+            self._on_motion(lost)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_timer(1.0, self._diagnose, clock=steady_clock())
         self._driver.start()
@@ -88,6 +117,7 @@ class ArmDriverNode(Node):
     def destroy_node(self) -> None:
         """Stop the simulation's thread and destroy the node."""
         self.stop()
+        self._journal.close()
         super().destroy_node()
 
     def _create_interfaces(self, parts: frozenset[SimulatedPart], publish_clock: bool) -> None:
@@ -102,9 +132,12 @@ class ArmDriverNode(Node):
         )
         self._camera = CameraPublisher(self, self._cell) if camera else None
         self._arm = ArmTopics(self, self._cell, self._driver.perceived) if arm else None
-        self._motions = [MotionService(self, self._driver, actor) for actor in actors]
-        # Each is served with the part that it is about, so that a real one can serve it instead.
-        self._hold = HoldServices(self, self._driver) if arm else None
+        kept = QoSProfile(depth=MOTIONS_KEPT, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._motion_pub = self.create_publisher(Motion, 'motion', kept)
+        self._motions = [
+            MotionService(self, self._driver, actor, self._journal) for actor in actors
+        ]
+        # Served with the part that it is about, so that a real one can serve it instead.
         self._reset = ResetService(self, self._driver) if camera else None
 
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
@@ -135,6 +168,15 @@ class ArmDriverNode(Node):
             if self._camera is not None:
                 self._camera.publish(stamp)
 
+    def _on_motion(self, record: MotionRecord) -> None:
+        """When a motion begins and when it has ended, in the simulation's thread."""
+        self._motion_pub.publish(messages.motion_msg(record, self._driver.now))
+
+    def _health(self) -> tuple[NodeState, str]:
+        if self._hold.block is Block.UNHEARD:
+            return NodeState.DEGRADED, Block.UNHEARD.sentence
+        return NodeState.READY, ''
+
     def _on_error(self, error: Exception) -> None:
         text = ''.join(traceback.format_exception(error)).strip()
         self.get_logger().error(
@@ -158,7 +200,9 @@ def main() -> int:
     # Images this small gain nothing from OpenCV's threads, and on a loaded machine waiting for
     # them costs up to ten times the frame.
     cv2.setNumThreads(1)
-    return run_node('arm_driver', ArmDriverNode)
+    return run_node(
+        'arm_driver', ArmDriverNode, start_errors=(ValueError, TypeError, OSError, JournalError)
+    )
 
 
 if __name__ == '__main__':

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import ObjectView, PrimitiveResult, ViewOf
 from likeme_arm.primitives import PrimitiveSettings, check_target, execute_action, retreat
 from likeme_arm_sim.arm import Arm
@@ -28,7 +29,6 @@ from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Action, State
 from likeme_core.world import World
 
-HELD_MESSAGE = 'The cell is held: nothing moves until it is resumed.'
 # For objects to come to rest after they were put down, s.
 SETTLING_TIME = 0.6
 # Separates the arm's random stream from the layout's, which is drawn from the seed alone.
@@ -65,7 +65,7 @@ class CellSettings:
 
 
 class Cell:
-    """One table with one robot and one person. Only `hold` and `resume` are thread-safe."""
+    """One table with one robot and one person. Only `hold`, `resume`, `block` are thread-safe."""
 
     def __init__(
         self,
@@ -73,15 +73,24 @@ class Cell:
         seed: int,
         settings: CellSettings | None = None,
         arm_visible: bool = True,
+        block: Callable[[], Block | None] = lambda: None,
     ) -> None:
-        """arm_visible: whether the camera sees the arm; a real one stands elsewhere."""
+        """Build the cell.
+
+        Args:
+            world: its table, objects, regions and actions.
+            seed: of places, camera noise, arm and person.
+            settings: None: the defaults.
+            arm_visible: whether the camera sees the arm; a real one stands elsewhere.
+            block: why nothing may move, see MotionController.
+        """
         self.world, self.settings = world, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
         self._arm_rng = np.random.default_rng([seed, ARM_STREAM])
         physics, speed = self.settings.physics, self.settings.arm_speed
         kinematics = Kinematics(physics.arm.reach)
         self.physics_world = PhysicsWorld(world.table, toys_of(world), physics)
-        self._controller = MotionController(self.physics_world)
+        self._controller = MotionController(self.physics_world, block)
         tick = self._controller.tick
         self.arm = Arm(self.physics_world.client, kinematics, tick, speed, physics.gripper)
         self.hand = HumanHand(self.physics_world, tick)
@@ -98,9 +107,9 @@ class Cell:
         return self.physics_world.time
 
     @property
-    def held(self) -> bool:
-        """Whether all motion is held."""
-        return self._controller.held
+    def block(self) -> Block | None:
+        """Why nothing may move; None: motion is allowed."""
+        return self._controller.block
 
     def hold(self) -> None:
         """Stop all motion before the next control step; may be called from any thread."""
@@ -231,8 +240,9 @@ class Cell:
             self.world.action(action)
         except ValueError as error:
             return PrimitiveResult(MotionOutcome.UNKNOWN_ACTION, str(error))
-        if self.held:
-            return PrimitiveResult(MotionOutcome.HELD, HELD_MESSAGE)
+        block = self.block
+        if block is not None:
+            return PrimitiveResult(MotionOutcome.HELD, block.sentence)
         return check_target(self.world, name, look(name)) if actor is Actor.ROBOT else None
 
     def _act(self, actor: Actor, name: str, action: Action, look: ViewOf) -> PrimitiveResult:

@@ -12,7 +12,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from numpy.typing import NDArray
 from sensor_msgs.msg import CameraInfo, Image, JointState
 
+from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import ObjectView
+from likeme_arm.motion_journal import MotionRecord
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.simulation_driver import SimulationDriver, StampedResult
 from likeme_core.camera_mount import CameraMount
@@ -20,7 +22,7 @@ from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.world import World
-from likeme_msgs.msg import ObjectState, TableState
+from likeme_msgs.msg import Motion, ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
 BASE_FRAME = 'base_link'
@@ -95,20 +97,41 @@ def motion_response(
     return response
 
 
+def motion_msg(record: MotionRecord, now: int) -> Motion:
+    """A request to move, reported at `now` (ns)."""
+    message = Motion(
+        id=record.id, actor=int(record.actor), world=record.world, object=record.object,
+        action=record.action, message=record.message, started=time_msg(record.started),
+        finished=time_msg(record.finished),
+    )  # fmt: skip
+    message.header.stamp = time_msg(now)
+    message.state = Motion.UNDER_WAY if record.outcome is None else Motion.ENDED
+    if record.outcome is not None:
+        message.outcome = int(record.outcome)
+    return message
+
+
 def diagnostics_message(
     driver: SimulationDriver, counts: Mapping[str, Any], conflicts: Sequence[str] = ()
 ) -> DiagnosticArray:
     """Whether the cell is held, moving or idle, and some counts; an ERROR for each conflict."""
-    held = driver.cell.held
+    block = driver.cell.block
     if conflicts:
         level, message = DiagnosticStatus.ERROR, ' '.join(conflicts)
     else:
-        level = DiagnosticStatus.WARN if held else DiagnosticStatus.OK
-        message = 'held' if held else 'moving' if driver.busy else 'idle'
+        level = DiagnosticStatus.OK if block is None else DiagnosticStatus.WARN
+        message = _ACTIVITY[block] if block else 'moving' if driver.busy else 'idle'
     age = driver.perceived.age(driver.now)
     values = {**counts, 'errors': driver.errors, 'table_state_age_s': f'{age:.2f}'}
     stamp = time_msg(driver.now)
     return diagnostics_msg('arm_driver', level, message, values, stamp, 'simulated cell')
+
+
+_ACTIVITY = {
+    Block.HELD: 'held',
+    Block.STOPPED: 'stopped',
+    Block.UNHEARD: 'the hold keeper is not heard',
+}
 
 
 def reset_outcome(error: BaseException | None) -> ResetOutcome:

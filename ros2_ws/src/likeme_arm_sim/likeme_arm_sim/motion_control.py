@@ -1,17 +1,21 @@
-"""Steps the physics during a motion, and stops the motion on hold or at its deadline."""
+"""Steps the physics during a motion, and stops the motion on a hold or at its deadline."""
 
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 
 import numpy as np
 
+from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import PrimitiveResult
-from likeme_arm_sim.physics_world import PhysicsWorld
+from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld
 from likeme_core.outcomes import MotionOutcome
 
 OnTick = Callable[[], None]
+#: s for which a motion waits at rest for a hold keeper that is not heard, before it ends.
+KEEPER_PATIENCE = 2.0
 
 
 class MotionStoppedError(Exception):
@@ -19,18 +23,23 @@ class MotionStoppedError(Exception):
 
 
 class MotionController:
-    """Runs one motion at a time. Only `hold` and `resume` are thread-safe."""
+    """Runs one motion at a time. Only `hold`, `resume` and `block` are thread-safe."""
 
-    def __init__(self, physics_world: PhysicsWorld) -> None:
-        self._physics_world = physics_world
+    def __init__(
+        self, physics_world: PhysicsWorld, block: Callable[[], Block | None] = lambda: None
+    ) -> None:
+        """block: why nothing may move, asked at every control step; None: motion is allowed."""
+        self._physics_world, self._block = physics_world, block
         self._held = threading.Event()
+        self._stopped_by: Block | None = None
+        self._halt: Callable[[], None] = lambda: None
         self._on_tick: OnTick | None = None
         self._deadline = np.inf
 
     @property
-    def held(self) -> bool:
-        """Whether all motion is held."""
-        return self._held.is_set()
+    def block(self) -> Block | None:
+        """Why nothing may move; None: motion is allowed."""
+        return Block.HELD if self._held.is_set() else self._block()
 
     def hold(self) -> None:
         """Stop all motion before the next control step; may be called from any thread."""
@@ -44,13 +53,15 @@ class MotionController:
         """Advance by one control step; arm and hand call it in every motion.
 
         Raises:
-            MotionStoppedError: motion is held, or its time is used up.
+            MotionStoppedError: motion is blocked, or its time is used up.
         """
-        if self.held or self._physics_world.time >= self._deadline:
+        block = self.block
+        if block is Block.UNHEARD:
+            block = self._wait_for_keeper()
+        if block is not None or self._physics_world.time >= self._deadline:
+            self._stopped_by = block
             raise MotionStoppedError
-        self._physics_world.step()
-        if self._on_tick is not None:
-            self._on_tick()
+        self._step()
 
     def run(
         self,
@@ -67,21 +78,45 @@ class MotionController:
             on_tick: called after every physics step.
             budget: simulated s after which the motion is stopped.
         """
-        self._on_tick, self._deadline = on_tick, self._physics_world.time + budget
+        self._on_tick, self._halt = on_tick, halt
+        self._deadline = self._physics_world.time + budget
         try:
             return motion()
         except MotionStoppedError:
             halt()
-            outcome = MotionOutcome.HELD if self.held else MotionOutcome.FAILED
-            return PrimitiveResult(outcome, self._stopped_because())
+            return self._stopped()
         except BaseException:
             # Without it the arm would go on to its last target.
             halt()
             raise
         finally:
-            self._on_tick, self._deadline = None, np.inf
+            self._on_tick, self._deadline, self._stopped_by = None, np.inf, None
 
-    def _stopped_because(self) -> str:
-        if self.held:
-            return 'The motion was held before it was complete.'
-        return 'The motion was stopped: its time budget was used up before it was complete.'
+    def _step(self) -> None:
+        self._physics_world.step()
+        if self._on_tick is not None:
+            self._on_tick()
+
+    def _wait_for_keeper(self) -> Block | None:
+        """Stand still while the keeper is not heard; why the motion must end, None to go on.
+
+        A keeper that is late for a moment, on a loaded machine, costs a pause and not the motion.
+        """
+        self._halt()
+        deadline = time.monotonic() + KEEPER_PATIENCE
+        while (block := self.block) is Block.UNHEARD and time.monotonic() < deadline:
+            self._step()
+            time.sleep(TIME_STEP)
+        return block
+
+    def _stopped(self) -> PrimitiveResult:
+        block = self._stopped_by
+        if block is None:
+            message = 'The motion was stopped: its time budget was used up before it was complete.'
+            return PrimitiveResult(MotionOutcome.FAILED, message)
+        why = {
+            Block.HELD: 'The motion was held before it was complete.',
+            Block.STOPPED: 'The motion was stopped before it was complete.',
+            Block.UNHEARD: 'The motion was stopped: the hold keeper was not heard any more.',
+        }
+        return PrimitiveResult(MotionOutcome.HELD, why[block])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from likeme_arm.hold_monitor import HOLD_TIMEOUT
 from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
 from likeme_arm_sim.simulation_driver import SimulationSettings
@@ -39,6 +40,12 @@ SETTINGS: dict[str, Setting] = {
         2.0,
         'Greatest age of a table_state that is acted on, simulated s.',
         (0.1, 60.0),
+        read_only=True,
+    ),
+    'hold_timeout': Setting(
+        HOLD_TIMEOUT,
+        's without a message of the hold keeper after which nothing moves.',
+        (0.1, 5.0),
         read_only=True,
     ),
     'real_time_factor': Setting(

@@ -12,9 +12,12 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import ObjectView
+from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
 from likeme_arm.perceived_objects import PerceivedObjects
 from likeme_arm_sim.cell import Cell
+from likeme_arm_sim.motion_control import KEEPER_PATIENCE
 from likeme_arm_sim.pacer import Pacer
 from likeme_arm_sim.physics_world import STEP_RATE
 from likeme_arm_sim.simulation_thread import SimulationThread
@@ -47,6 +50,23 @@ class StampedResult(NamedTuple):
     finished: int = 0
 
 
+class MotionRequest(NamedTuple):
+    """A request to move.
+
+    Attributes:
+        actor: who moves.
+        object, action: their names.
+        expires: ns since the epoch after which the motion is not started; 0: never.
+        id: unique across runs, see MotionJournal; empty: the request may be repeated.
+    """
+
+    actor: Actor
+    object: str
+    action: str
+    expires: int = 0
+    id: str = ''
+
+
 class SimulationDriver:
     """Runs a cell in its own thread; every method may be called from any thread.
 
@@ -62,17 +82,30 @@ class SimulationDriver:
         settings: SimulationSettings,
         on_step: Callable[[], None],
         on_error: Callable[[Exception], None],
+        journal: MotionJournal | None = None,
+        on_motion: Callable[[MotionRecord], None] = lambda _: None,
     ) -> None:
-        """on_step, on_error: called in the simulation's thread, on_step after every step."""
+        """Set up the driver; `start` starts it.
+
+        Args:
+            cell: what is stepped.
+            settings: times and rates.
+            on_step: called after every step.
+            on_error: called with the error of a motion or an idle step.
+            journal: of requests with an id; None: none is kept.
+            on_motion: called when such a motion begins and when it has ended. All are called in
+                the simulation's thread.
+        """
         self.cell, self._settings, self._on_step = cell, settings, on_step
         self._report_error = on_error
+        self._journal, self._on_motion = journal, on_motion
         self.real_time_factor, self.errors = 1.0, 0
         self.perceived = PerceivedObjects(settings.table_state_timeout)
         self._thread = SimulationThread(self._idle, self._on_error)
         self._pacer = Pacer()
         self._epoch = time.time_ns() - round(cell.time * 1e9)
         self._steps_per_frame = max(1, round(STEP_RATE / settings.camera_rate))
-        self._clear_table_due = False
+        self._was_blocked = False
 
     @property
     def busy(self) -> bool:
@@ -104,14 +137,9 @@ class SimulationDriver:
         except TimeoutError as error:
             self._on_error(error)
 
-    def execute(
-        self, actor: Actor, name: str, action: int | str, expires: int = 0
-    ) -> Future[StampedResult] | None:
-        """Queue an action; None while this actor's last one has not ended.
-
-        expires: ns since the epoch after which the motion is not started; 0: never.
-        """
-        return self._thread.submit(actor.name, lambda: self._run(actor, name, action, expires))
+    def execute(self, request: MotionRequest) -> Future[StampedResult] | None:
+        """Queue an action; None while this actor's last one has not ended."""
+        return self._thread.submit(request.actor.name, lambda: self._run(request))
 
     def reset(
         self, objects: Sequence[str], states: Sequence[int | str], seed: int
@@ -121,26 +149,46 @@ class SimulationDriver:
             return None
         return self._thread.submit('reset', lambda: self._reset(objects, states, seed))
 
-    def hold(self) -> str:
-        """Stop all motion before the next control step; returns a message."""
-        message = 'The cell was held already.' if self.cell.held else 'The cell is held.'
-        self.cell.hold()
-        return message
+    def _run(self, request: MotionRequest) -> StampedResult:
+        if self._journal is None or not request.id:
+            return self._move(request)
+        # Names as the world file has them, where it has them.
+        action = self._action_name(request.action)
+        record = MotionRecord(
+            request.id, request.actor, self.cell.world.label, request.object, action
+        )
+        try:
+            before = self._journal.begin(record)
+        except JournalError as error:
+            return StampedResult(MotionOutcome.FAILED, f'Nothing moved: {error}')
+        if before is not None:
+            return StampedResult(MotionOutcome.REPEATED, repeated(before))
+        self._on_motion(record)
+        result = self._move(request)
+        ended = record._replace(
+            outcome=result.outcome, message=result.message, started=result.started,
+            finished=result.finished,
+        )  # fmt: skip
+        try:
+            self._journal.end(ended)
+        except JournalError as error:
+            self._on_error(error)
+        self._on_motion(ended)
+        return result
 
-    def resume(self) -> str:
-        """Allow motion, and move arm and hand off the table first; returns a message."""
-        if not self.cell.held:
-            return 'Nothing was held.'
-        self.cell.resume()
-        self._clear_table_due = True
-        return 'Motion is allowed again.'
+    def _action_name(self, action: str) -> str:
+        try:
+            return self.cell.world.action(action).name
+        except ValueError:
+            return action
 
-    def _run(self, actor: Actor, name: str, action: int | str, expires: int) -> StampedResult:
+    def _move(self, request: MotionRequest) -> StampedResult:
+        self._wait_for_keeper()
         started = self.now
-        if expires and started > expires:
-            late = (started - expires) * 1e-9
+        if request.expires and started > request.expires:
+            late = (started - request.expires) * 1e-9
             return StampedResult(MotionOutcome.EXPIRED, f'The request expired {late:.1f} s ago.')
-        budget = self._settings.motion_budget
+        actor, name, action, budget = *request[:3], self._settings.motion_budget
         try:
             result = self.cell.run_action(actor, name, action, self._view, self._tick, budget)
         except Exception as error:
@@ -149,6 +197,12 @@ class SimulationDriver:
             return StampedResult(MotionOutcome.FAILED, message, started, self.now)
         moved = (started, self.now) if result.started is not None else ()
         return StampedResult(result.outcome, result.message, *moved)
+
+    def _wait_for_keeper(self) -> None:
+        """A keeper that is late for a moment delays a motion; it does not refuse it."""
+        deadline = time.monotonic() + KEEPER_PATIENCE
+        while self.cell.block is Block.UNHEARD and time.monotonic() < deadline:
+            self._idle()
 
     def _reset(self, objects: Sequence[str], states: Sequence[int | str], seed: int) -> None:
         try:
@@ -166,9 +220,10 @@ class SimulationDriver:
 
     def _idle(self) -> None:
         """Without a motion: step up to the next frame; after a hold, clear the table first."""
-        if self._clear_table_due and not self.cell.held:
-            self._clear_table_due = False
+        blocked = self.cell.block is not None
+        if self._was_blocked and not blocked:
             self.cell.clear_table(self._tick)
+        self._was_blocked = blocked
         for _ in range(self._steps_per_frame):
             self.cell.step()
             self._on_step()
@@ -183,3 +238,13 @@ class SimulationDriver:
     def _on_error(self, error: Exception) -> None:
         self.errors += 1
         self._report_error(error)
+
+
+def repeated(before: MotionRecord) -> str:
+    """The sentence that refuses a request whose id was accepted before."""
+    if before.outcome is None:
+        return f'Request {before.id} is under way: nothing was started.'
+    return (
+        f'Request {before.id} was carried out before, it ended as {before.outcome.name}: nothing '
+        'was started.'
+    )

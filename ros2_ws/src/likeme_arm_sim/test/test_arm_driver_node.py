@@ -30,6 +30,7 @@ from likeme_msgs.srv import ExecuteAction, ResetCell
 
 pytestmark = pytest.mark.graph
 DRIVER = [sys.executable, '-m', 'likeme_arm_sim.arm_driver_node', '--ros-args']
+KEEPER = [sys.executable, '-m', 'likeme_arm.hold_keeper_node']
 FAST = ['-p', 'real_time_factor:=0.0', '-p', 'seed:=3']
 
 
@@ -113,21 +114,27 @@ def domain() -> Iterator[int]:
         yield number
 
 
-def start_driver(domain: int, *arguments: str) -> subprocess.Popen[str]:
+def start(domain: int, command: list[str]) -> subprocess.Popen[str]:
     env = os.environ | {'ROS_DOMAIN_ID': str(domain)}
     return subprocess.Popen(
-        [*DRIVER, *arguments], env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
+
+
+def start_driver(domain: int, *arguments: str) -> subprocess.Popen[str]:
+    return start(domain, [*DRIVER, *arguments])
 
 
 @pytest.fixture(scope='module')
 def client(domain: int) -> Iterator[Client]:
-    driver, client = start_driver(domain, *FAST), Client(domain)
+    processes = [start(domain, KEEPER), start_driver(domain, *FAST)]
+    client = Client(domain)
     yield client
     client.close()
-    driver.send_signal(signal.SIGINT)
-    out, _ = driver.communicate(timeout=60)
-    assert driver.returncode == 0, out
+    for process in processes:
+        process.send_signal(signal.SIGINT)
+        out, _ = process.communicate(timeout=60)
+        assert process.returncode == 0, out
 
 
 @pytest.fixture(autouse=True)
@@ -270,13 +277,12 @@ def test_parameters_out_of_range_are_refused(client: Client) -> None:
 def test_a_bad_start_says_why(domain: int, argument: str) -> None:
     driver = start_driver(domain, '-p', argument)
     out, _ = driver.communicate(timeout=30)
-    assert driver.returncode == 1
+    assert driver.returncode == os.EX_CONFIG
     assert 'arm_driver does not start: ' in out.splitlines()[-1]
     assert 'Traceback' not in out
 
 
-@pytest.mark.parametrize('moving', [False, True])
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(('number', 'moving'), [(signal.SIGINT, False), (signal.SIGTERM, True)])
 def test_a_signal_ends_it_silently(number: int, moving: bool) -> None:
     with domain_id() as domain:
         driver, client = start_driver(domain), Client(domain)

@@ -120,7 +120,7 @@ def test_hold_stops_the_arm_within_one_control_step(cell: Cell, after: float) ->
 
     def on_tick() -> None:
         nonlocal steps_after_hold
-        steps_after_hold += cell.held
+        steps_after_hold += cell.block is not None
         if cell.time - began > after:
             cell.hold()
 
@@ -156,7 +156,7 @@ def test_a_motion_that_fails_leaves_the_arm_standing(cell: Cell) -> None:
     still = cell.arm.joints
     cell.step(0.5)
     assert np.abs(cell.arm.joints - still).max() < 0.01
-    assert not cell.held
+    assert cell.block is None
 
 
 def test_a_held_hand_lets_go_and_leaves(cell: Cell) -> None:
@@ -177,7 +177,7 @@ def test_a_budget_ends_a_motion(cell: Cell) -> None:
     result = cell.run_action(Actor.HUMAN, 'pear', PLACE_LEFT, seen(cell), budget=0.5)
     assert result.outcome is MotionOutcome.FAILED
     assert 'budget' in result.message
-    assert not cell.held
+    assert cell.block is None
 
 
 @pytest.mark.parametrize(

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import pathlib
 import threading
 import time
 from collections.abc import Iterator
 
 import pytest
 
+from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import ObjectView
-from likeme_arm_sim import simulation_thread
+from likeme_arm.motion_journal import MotionJournal, MotionRecord
+from likeme_arm_sim import motion_control, simulation_thread
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.simulation_driver import SimulationDriver, SimulationSettings, StampedResult
+from likeme_arm_sim.simulation_driver import (
+    MotionRequest,
+    SimulationDriver,
+    SimulationSettings,
+    StampedResult,
+)
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.paper_world import RIGHT, WORLD
 
+PLACE = 'place_left'
 CHICKEN = {'chicken': ObjectView(0.44, -0.2, 0.0, RIGHT)}
 
 
@@ -52,7 +61,7 @@ def watched(cell: Cell) -> Iterator[Watched]:
 
 
 def act(watched: Watched, actor: Actor = Actor.HUMAN, expires: int = 0) -> StampedResult:
-    job = watched.driver.execute(actor, 'chicken', 0, expires)
+    job = watched.driver.execute(MotionRequest(actor, 'chicken', PLACE, expires))
     assert job is not None
     return job.result(30.0)
 
@@ -71,18 +80,15 @@ def test_a_motion_that_raises_is_answered_failed_and_logged(watched: Watched) ->
 
 
 def test_one_motion_at_a_time(watched: Watched) -> None:
-    first = watched.driver.execute(Actor.HUMAN, 'chicken', 0)
+    first = watched.driver.execute(MotionRequest(Actor.HUMAN, 'chicken', PLACE))
     assert first is not None
-    assert watched.driver.execute(Actor.HUMAN, 'pear', 0) is None
+    assert watched.driver.execute(MotionRequest(Actor.HUMAN, 'pear', PLACE)) is None
     assert watched.driver.reset([], [], 0) is None
-    robots_turn = watched.driver.execute(Actor.ROBOT, 'chicken', 0)
+    robots_turn = watched.driver.execute(MotionRequest(Actor.ROBOT, 'chicken', PLACE))
     assert robots_turn is not None
-    assert watched.driver.hold() == 'The cell is held.'
+    watched.driver.cell.hold()
     assert first.result(30.0).outcome is MotionOutcome.HELD
     assert robots_turn.result(5.0).started == 0
-    assert watched.driver.hold() == 'The cell was held already.'
-    assert watched.driver.resume() == 'Motion is allowed again.'
-    assert watched.driver.resume() == 'Nothing was held.'
 
 
 def test_a_late_request_is_not_begun(watched: Watched) -> None:
@@ -147,3 +153,67 @@ def test_a_simulation_that_does_not_end_is_logged(
     ]
     driver.stop()
     cell.resume()
+
+
+def test_a_request_is_carried_out_once_and_its_end_is_known(
+    cell: Cell, tmp_path: pathlib.Path
+) -> None:
+    cell.resume()
+    cell.reset([], [], 0)
+    journal, told = MotionJournal(tmp_path / 'motions.sqlite'), list[MotionRecord]()
+    driver = SimulationDriver(
+        cell, SimulationSettings(), lambda: None, lambda _: None, journal, told.append
+    )
+    driver.real_time_factor = 0.0
+    driver.start()
+    request = MotionRequest(Actor.HUMAN, 'chicken', 'place_left', id='a')
+    first, again = (driver.execute(request).result(30.0) for _ in range(2))
+    driver.stop()
+    assert first.outcome is MotionOutcome.COMPLETED
+    assert again == StampedResult(
+        MotionOutcome.REPEATED,
+        'Request a was carried out before, it ended as COMPLETED: nothing was started.',
+    )
+    assert [record.outcome for record in told] == [None, MotionOutcome.COMPLETED]
+    assert told[1] == journal.find('a')
+    assert told[1].action == 'PLACE_LEFT'
+    assert told[1].world == WORLD.label
+
+
+def test_nothing_moves_that_cannot_be_kept(cell: Cell, tmp_path: pathlib.Path) -> None:
+    cell.resume()
+    cell.reset([], [], 0)
+    journal = MotionJournal(tmp_path / 'motions.sqlite')
+    driver = SimulationDriver(cell, SimulationSettings(), lambda: None, lambda _: None, journal)
+    driver.start()
+    journal.close()
+    result = driver.execute(MotionRequest(Actor.HUMAN, 'chicken', PLACE, id='a')).result(30.0)
+    driver.stop()
+    assert result.outcome is MotionOutcome.FAILED
+    assert result.message.startswith('Nothing moved: ')
+    assert result.started == 0
+
+
+def test_a_motion_pauses_while_the_keeper_is_late_and_ends_when_it_is_gone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(motion_control, 'KEEPER_PATIENCE', 0.2)
+    blocks: list[Block] = []
+    cell = Cell(WORLD, 1, block=lambda: blocks[-1] if blocks else None)
+    began, paused = cell.time, list[float]()
+
+    def on_tick() -> None:
+        if cell.time - began > 1.0 and not paused:
+            blocks.append(Block.UNHEARD)
+        if blocks:
+            paused.append(cell.time)
+        if len(paused) == 10:
+            blocks.clear()
+        if cell.time - began > 2.0 and not blocks:
+            blocks.append(Block.UNHEARD)
+
+    result = cell.run_action(Actor.HUMAN, 'chicken', PLACE, lambda _: None, on_tick)
+    assert len(paused) > 10
+    assert result.finished > began + 2.0
+    assert result.outcome is MotionOutcome.HELD
+    assert result.message == 'The motion was stopped: the hold keeper was not heard any more.'

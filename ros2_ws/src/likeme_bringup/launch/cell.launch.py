@@ -3,21 +3,31 @@
 from __future__ import annotations
 
 import os
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from launch import LaunchContext, LaunchDescription
 from likeme_arm_sim.simulated_parts import SimulatedPart
+from likeme_bringup.child import Ended
+from likeme_bringup.respawn import Lives, Respawn
 from likeme_bringup.start_cell import Part, StartOptions, executable
 from likeme_core.tabletop import Mode
 from likeme_core.world import load_world
 
+#: s from the death of a node to its next start; launch knows only one pause.
+RESPAWN_DELAY = 0.5
 ARGUMENTS = {
-    'only': ('', 'Parts to start, separated by commas: arm, perception, inference; empty: all.'),
+    'only': (
+        '',
+        'Parts to start, separated by commas: hold, arm, perception, inference; empty: all.',
+    ),
     'simulate': ('', 'Parts to simulate, separated by commas: arm, person, camera; empty: all.'),
     'network': ('false', 'true: let nodes on other machines of the subnet take part.'),
     'mode': ('', 'How the robot imitates: trajectory, goal_based, interactive, sequential.'),
@@ -29,6 +39,7 @@ ARGUMENTS = {
     'experience': ('', 'Experience store: executed imitations improve the model.'),
     'world': ('', 'A shipped world or a world file.'),
     'params': ('', 'ROS parameter file; config/cell.yaml has all names.'),
+    'respawn': ('true', 'false: end all when a node dies, instead of starting it again.'),
     'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
 }
 
@@ -56,7 +67,9 @@ def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
         world=load_world(given['world']).source if given['world'] else None,
     )
     parts = [Part(name) for name in names(given['only'])] or list(Part)
-    return [*environment(given), *(node(part, options, given['params']) for part in parts)]
+    respawn = given['respawn'] == 'true'
+    nodes = (node(part, options, given['params'], respawn) for part in parts)
+    return [*environment(given), *nodes]
 
 
 def names(text: str) -> list[str]:
@@ -76,13 +89,34 @@ def environment(given: dict[str, str]) -> list[SetEnvironmentVariable]:
     return [SetEnvironmentVariable(name, value) for name, value in chosen.items()]
 
 
-def node(part: Part, options: StartOptions, params: str) -> Node:
+def node(part: Part, options: StartOptions, params: str, respawn: bool) -> Node:
     package, name = executable(part)
     return Node(
         package=package,
         executable=name,
         output='screen',
         parameters=[*([params] if params else []), options.overrides(part)],
-        # As under start_cell: when one ends, all end.
-        on_exit=[Shutdown(reason=f'{part.value} has ended')],
+        respawn=respawn,
+        respawn_delay=RESPAWN_DELAY,
+        # Not respawn_max_retries: it counts deaths over the whole life of the cell.
+        on_exit=on_exit(part, Respawn() if respawn else Respawn(pauses=())),
     )
+
+
+def on_exit(
+    part: Part, policy: Respawn
+) -> Callable[[ProcessExited, LaunchContext], list[Shutdown]]:
+    """When all are to end with a node: as under start_cell."""
+    lives = Lives(policy)
+    lives.start(time.monotonic())
+
+    def shut_down(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
+        now = time.monotonic()
+        pause = lives.death(event.returncode, now)
+        if pause is None:
+            end = Ended(part.value, event.returncode, lives.exhausted)
+            return [Shutdown(reason=end.message)]
+        lives.start(now + RESPAWN_DELAY)
+        return []
+
+    return shut_down

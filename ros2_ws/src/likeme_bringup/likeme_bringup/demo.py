@@ -8,6 +8,7 @@ import select
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -30,6 +31,7 @@ from likeme_core.cli import WORLD_DEFAULT, WorldOption
 from likeme_core.instance_lock import is_free
 from likeme_core.interrupt import deferred_interrupt
 from likeme_core.processes import die_with_parent, interrupt
+from likeme_core.state_folder import STATE_VARIABLE
 from likeme_core.tabletop import Manner
 from likeme_core.world import World
 from likeme_inference.console_replies import read_reply
@@ -175,28 +177,34 @@ def _free_domain() -> Callable[[], int]:
 def _cell(
     world: World, domain: int, seed: int, model: Path | None, log: Path
 ) -> Iterator[Callable[[], None]]:
-    """Run the three nodes as `start_cell` does; yields a check that raises if they ended."""
+    """Run the nodes as `start_cell` does; yields a check that raises if they ended.
+
+    What this cell has to remember ends with it: the domain's own cell may be held, or have asked.
+    """
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--seed', str(seed)]
-    command += ['--world', world.source]
+    # The story needs all that the nodes know: a part that died is told, not mended.
+    command += ['--world', world.source, '--no-respawn']
     if model is not None:
         command += ['--model', str(model.resolve())]
-    with log.open('w') as sink:
-        cell = subprocess.Popen(
-            command,
-            stdout=sink,
-            stderr=subprocess.STDOUT,
-            preexec_fn=die_with_parent(os.getpid()),
-        )
+    with tempfile.TemporaryDirectory(prefix='likeme_demo_') as state:
+        with log.open('w') as sink:
+            cell = subprocess.Popen(
+                command,
+                stdout=sink,
+                stderr=subprocess.STDOUT,
+                env=os.environ | {STATE_VARIABLE: state},
+                preexec_fn=die_with_parent(os.getpid()),
+            )
 
-    def check_cell() -> None:
-        if cell.poll() is not None:
-            raise typer.Exit(_report_dead_cell(cell.returncode, log))
+        def check_cell() -> None:
+            if cell.poll() is not None:
+                raise typer.Exit(_report_dead_cell(cell.returncode, log))
 
-    try:
-        yield check_cell
-    finally:
-        interrupt(cell, CELL_EXIT_TIMEOUT)
+        try:
+            yield check_cell
+        finally:
+            interrupt(cell, CELL_EXIT_TIMEOUT)
 
 
 def _report_dead_cell(code: int, log: Path) -> int:

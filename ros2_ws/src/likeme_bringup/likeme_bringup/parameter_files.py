@@ -10,9 +10,16 @@ from typing import Any
 from ament_index_python.packages import get_package_share_directory
 
 from likeme_core.yaml_files import read_yaml
+from likeme_perception.node_settings import GEOMETRY
 
 # Parameters of every node.
 COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+# Parameters of each node that come from the world unless they are set; comments in cell.yaml.
+OF_THE_WORLD: dict[str, tuple[str, ...]] = {
+    'perception_node': GEOMETRY,
+    'inference_node': ('goal_prior',),
+    'arm_driver': ('initial_states',),
+}
 
 
 def validated(path: Path) -> Path:
@@ -43,7 +50,11 @@ def _check_names(
     nodes = [node.rpartition('/')[2]] if not node.endswith('*') else list(known)
     if nodes[0] not in known:
         raise ValueError(f'expected one of the nodes {", ".join(known)} in {path}, got {node!r}')
-    names = [name for each in nodes for name in known[each]['ros__parameters']]
+    names = [
+        name
+        for each in nodes
+        for name in (*known[each]['ros__parameters'], *OF_THE_WORLD.get(each, ()))
+    ]
     for name in parameters:
         if name not in names and name.partition('.')[0] not in COMMON:
             like = get_close_matches(name, names, n=1, cutoff=0.4)

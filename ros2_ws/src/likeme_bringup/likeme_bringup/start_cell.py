@@ -10,27 +10,33 @@ from typing import Annotated, NamedTuple
 
 import typer
 
+import likeme_core.standby
 from likeme_arm_sim.simulated_parts import SimulatedPart
+from likeme_bringup.child import Child
 from likeme_bringup.parameter_files import validated
-from likeme_bringup.supervisor import Child, Supervisor
+from likeme_bringup.respawn import Respawn
+from likeme_bringup.supervisor import Supervisor
 from likeme_core.cli import Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
 
 
 class Part(StrEnum):
-    """The three processes of the cell, in the order in which data flows."""
+    """The processes of the cell: who allows motion, then in the order in which data flows."""
 
+    HOLD = 'hold'
     ARM = 'arm'
     PERCEPTION = 'perception'
     INFERENCE = 'inference'
 
 
 MODULES = {
+    Part.HOLD: 'likeme_arm.hold_keeper_node',
     Part.ARM: 'likeme_arm_sim.arm_driver_node',
     Part.PERCEPTION: 'likeme_perception.perception_node',
     Part.INFERENCE: 'likeme_inference.inference_node',
 }
+STANDBY = (likeme_core.standby.__name__,)
 
 
 class StartOptions(NamedTuple):
@@ -52,6 +58,8 @@ class StartOptions(NamedTuple):
 
     def overrides(self, part: Part) -> dict[str, object]:
         """ROS parameters of one node that override the files."""
+        if part is Part.HOLD:
+            return {}
         values: dict[Part, dict[str, object | None]] = {
             Part.ARM: {
                 'simulate': [part.value for part in self.simulate] if self.simulate else None,
@@ -85,12 +93,18 @@ def children(
 ) -> list[Child]:
     """The processes to start, with their ROS arguments."""
     environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'} if network else {}
-    return [Child(part.value, command(part, options), environment) for part in parts]
+    return [
+        Child(part.value, command(part, options), environment, command(part, options, STANDBY))
+        for part in parts
+    ]
 
 
-def command(part: Part, options: StartOptions) -> list[str]:
-    """The command line of one node; `python -m` also serves a tree that is not installed."""
-    arguments = [sys.executable, '-m', MODULES[part], '--ros-args']
+def command(part: Part, options: StartOptions, runner: tuple[str, ...] = ()) -> list[str]:
+    """The command line of one node; `python -m` also serves a tree that is not installed.
+
+    runner: a module that runs the node's module.
+    """
+    arguments = [sys.executable, '-m', *runner, MODULES[part], '--ros-args']
     for path in options.parameter_files:
         arguments += ['--params-file', str(path)]
     for name, value in options.overrides(part).items():
@@ -149,9 +163,15 @@ def start_cell(
         ),
     ] = None,
     world: OptionalWorld = None,
+    respawn: Annotated[
+        bool,
+        typer.Option(
+            ' /--no-respawn', help='End the cell when a node dies, instead of starting it again.'
+        ),
+    ] = True,
     domain: Domain = 0,
 ) -> None:
-    """Start arm driver, perception and inference; Ctrl-C ends them all."""
+    """Start hold keeper, arm driver, perception and inference; Ctrl-C ends them all."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
     parts = tuple(part for part in Part if not only or part in only)
     options = StartOptions(
@@ -166,7 +186,9 @@ def start_cell(
         tuple(parameter_file(path) for path in params or ()),
         None if world is None else world.source,
     )
-    supervisor = Supervisor(children(parts, options, network))
+    supervisor = Supervisor(
+        children(parts, options, network), respawn=Respawn() if respawn else None
+    )
     reach = 'the subnet' if network else 'this host only'
     names = ', '.join(part.value for part in parts)
     try:

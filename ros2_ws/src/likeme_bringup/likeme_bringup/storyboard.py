@@ -7,14 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
-import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
-
-# Draw without a display.
-mpl.use('Agg')
-
-from matplotlib import pyplot as plt
 
 PANEL_WIDTH = 800
 
@@ -44,6 +38,13 @@ def draw_storyboard(rows: Sequence[StoryboardRow], path: Path) -> Path:
     columns = max((len(row.panels) for row in rows), default=0)
     if columns == 0:
         raise ValueError('Expected at least one panel to draw, got none.')
+    # Here, as the demo starts its cell before it draws.
+    import matplotlib as mpl
+
+    # Draw without a display.
+    mpl.use('Agg')
+    from matplotlib import pyplot as plt
+
     figure = plt.figure(figsize=(4.0 * columns, 3.6 * len(rows)), layout='constrained')
     strips = figure.subfigures(len(rows), 1, squeeze=False)
     for strip, row in zip(strips[:, 0], rows, strict=True):

@@ -1,4 +1,4 @@
-"""Runs several processes as one: when one ends all are ended, and none outlives the supervisor.
+"""Runs several processes as one: what dies is started again, and none outlives the supervisor.
 
 Linux only: the end of a process is noticed by its pidfd.
 """
@@ -11,47 +11,23 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from types import FrameType
-from typing import NamedTuple, TextIO
+from typing import TextIO
 
-from likeme_core import processes
+from likeme_bringup.child import (
+    Child,
+    Ended,
+    RunningChild,
+    discard,
+    output,
+    start,
+    start_standby,
+    take_over,
+)
+from likeme_bringup.respawn import Lives, Respawn
 
 COLOURS = ('36', '33', '35', '32', '34', '31')
-
-
-class Child(NamedTuple):
-    """One process to run, and the prefix of its output lines."""
-
-    name: str
-    command: Sequence[str]
-    # Added to the supervisor's own environment.
-    environment: Mapping[str, str] = {}
-
-
-class Ended(NamedTuple):
-    """How a child ended: exit code as subprocess gives it, -N for signal N."""
-
-    name: str
-    code: int
-
-    @property
-    def message(self) -> str:
-        """The end in one sentence."""
-        if self.code < 0:
-            return f'{self.name} was ended by {signal.Signals(-self.code).name}'
-        return f'{self.name} ended with exit code {self.code}'
-
-
-@dataclass
-class _Running:
-    """A started child, its pidfd, and its incomplete last line."""
-
-    process: subprocess.Popen[bytes]
-    pidfd: int
-    prefix: str
-    rest: bytes = b''
 
 
 class Supervisor:
@@ -59,6 +35,9 @@ class Supervisor:
 
     `start`, then `watch` as often as wanted, then `stop`; or `run`, which does all three until a
     child ends or SIGINT, SIGTERM or SIGHUP comes. Also a context manager (start ... stop).
+
+    With a `respawn` policy a child that died is started again; then "ends" means an end that the
+    policy does not mend: exit code 0, refused parameters, too many deaths in a row.
 
     SIGINT counts also in a background job of a script, which inherits it ignored; SIGHUP does not
     where it is inherited ignored, as under nohup.
@@ -69,13 +48,24 @@ class Supervisor:
         children: Sequence[Child],
         out: TextIO | None = None,
         grace: float = 5.0,
+        respawn: Respawn | None = None,
     ) -> None:
-        """`grace`: seconds a child has after SIGINT, and again after SIGTERM, before SIGKILL."""
+        """`grace`: seconds a child has after SIGINT, and again after SIGTERM, before SIGKILL.
+
+        `respawn`: None: no child is started again.
+        """
         self.children = tuple(children)
         self.grace = grace
+        self._respawn = respawn
+        self._lives = {child.name: Lives(respawn) for child in children if respawn is not None}
+        self._stopping = False
+        # Times at which something is to be started, of the monotonic clock, by child.
+        self._restart_at: dict[str, float] = {}
+        self._standby_at: dict[str, float] = {}
+        self._standbys: dict[str, subprocess.Popen[bytes]] = {}
         self._out = sys.stdout if out is None else out
         self._colour = self._out.isatty()
-        self._running: dict[str, _Running] = {}
+        self._running: dict[str, RunningChild] = {}
         self._selector = selectors.DefaultSelector()
         self._ended: list[Ended] = []
 
@@ -92,10 +82,10 @@ class Supervisor:
 
     def start(self) -> None:
         """Start every child; when one cannot be started, end the others and raise OSError."""
-        width = max(len(child.name) for child in self.children)
+        self._stopping = False
         try:
-            for number, child in enumerate(self.children):
-                self._start(child, child.name.ljust(width), COLOURS[number % len(COLOURS)])
+            for child in self.children:
+                self._start(child)
         except OSError:
             self.stop()
             raise
@@ -103,7 +93,7 @@ class Supervisor:
     def watch(self, timeout: float | None = None) -> Ended | None:
         """Forward output until a child ended (return it) or `timeout` seconds passed (None)."""
         deadline = None if timeout is None else time.monotonic() + timeout
-        while not self._ended and self._running:
+        while not self._ended and self._alive:
             left = None if deadline is None else deadline - time.monotonic()
             if left is not None and left < 0:
                 return None
@@ -112,6 +102,11 @@ class Supervisor:
 
     def stop(self) -> list[Ended]:
         """End all: SIGINT, after `grace` seconds SIGTERM, then SIGKILL; return the ends."""
+        self._stopping = True
+        self._restart_at.clear()
+        self._standby_at.clear()
+        while self._standbys:
+            discard(self._standbys.popitem()[1])
         for step in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             if self._running and step != signal.SIGINT:
                 names = ' and '.join(self._running)
@@ -143,7 +138,7 @@ class Supervisor:
         try:
             self.start()
             end: Ended | None = None
-            while end is None and not asked and self._running:
+            while end is None and not asked and self._alive:
                 self._poll(None)
                 end = self._ended.pop(0) if self._ended else None
             if end is not None:
@@ -159,19 +154,35 @@ class Supervisor:
             os.close(wake_read)
             os.close(wake_write)
 
-    def _start(self, child: Child, label: str, colour: str) -> None:
-        # In its own process group a child gets the terminal's Ctrl-C once, through `stop`.
-        process = processes.start(child.command, subprocess.PIPE, child.environment)
-        assert process.stdout is not None
-        os.set_blocking(process.stdout.fileno(), False)
+    @property
+    def _alive(self) -> bool:
+        """Whether a child runs or is about to."""
+        return bool(self._running or self._restart_at)
+
+    def _start(self, child: Child) -> None:
+        """Start a child by its standby, if it has one, or else by its command."""
+        now = time.monotonic()
+        process = take_over(self._standbys.pop(child.name, None)) or start(child)
         pidfd = os.pidfd_open(process.pid)
-        prefix = f'\033[{colour}m{label}\033[0m' if self._colour else label
-        self._running[child.name] = _Running(process, pidfd, prefix)
-        self._selector.register(process.stdout, selectors.EVENT_READ, child.name)
+        self._running[child.name] = RunningChild(process, pidfd, self._prefix(child))
+        self._selector.register(output(process), selectors.EVENT_READ, child.name)
         self._selector.register(pidfd, selectors.EVENT_READ, child.name)
+        if self._respawn is not None:
+            self._lives[child.name].start(now)
+            if child.standby is not None and self._respawn.standby is not None:
+                self._standby_at[child.name] = now + self._respawn.standby
+
+    def _prefix(self, child: Child) -> str:
+        label = child.name.ljust(max(len(each.name) for each in self.children))
+        colour = COLOURS[self.children.index(child) % len(COLOURS)]
+        return f'\033[{colour}m{label}\033[0m' if self._colour else label
 
     def _poll(self, timeout: float | None) -> None:
-        """Wait once, forward output, and remove the children that have ended."""
+        """Wait once, forward output, remove the children that have ended, start what is due."""
+        due = (*self._restart_at.values(), *self._standby_at.values())
+        if due:
+            until = max(0.0, min(due) - time.monotonic())
+            timeout = until if timeout is None else min(timeout, until)
         for key, _ in self._selector.select(timeout):
             if key.data is None:
                 os.read(key.fd, 512)
@@ -182,27 +193,59 @@ class Supervisor:
                     self._remove(key.data, child)
                 elif not still_open:
                     self._selector.unregister(key.fileobj)
+        self._start_due(time.monotonic())
 
-    def _forward(self, child: _Running) -> bool:
+    def _start_due(self, now: float) -> None:
+        for child in self.children:
+            if self._restart_at.get(child.name, now + 1) <= now:
+                del self._restart_at[child.name]
+                try:
+                    self._start(child)
+                except OSError as error:
+                    self.log(f'{child.name} cannot be started: {error.strerror}.')
+                    self._died(Ended(child.name, os.EX_OSERR))
+            if self._standby_at.get(child.name, now + 1) <= now:
+                del self._standby_at[child.name]
+                try:
+                    self._standbys[child.name] = start_standby(child)
+                except OSError as error:
+                    self.log(f'{child.name} has no standby process: {error.strerror}.')
+
+    def _forward(self, child: RunningChild) -> bool:
         """Write the complete lines of a child; return whether its output is still open."""
-        assert child.process.stdout is not None
-        while chunk := child.process.stdout.read(65536):
+        while chunk := output(child.process).read(65536):
             *lines, child.rest = (child.rest + chunk).split(b'\n')
             for line in lines:
                 self._line(child.prefix, line)
         return chunk is None
 
-    def _remove(self, name: str, child: _Running) -> None:
-        assert child.process.stdout is not None
+    def _remove(self, name: str, child: RunningChild) -> None:
         if child.rest:
             self._line(child.prefix, child.rest)
-        for source in (child.process.stdout, child.pidfd):
+        stdout = output(child.process)
+        for source in (stdout, child.pidfd):
             if source in self._selector.get_map():
                 self._selector.unregister(source)
-        child.process.stdout.close()
+        stdout.close()
         os.close(child.pidfd)
         del self._running[name]
-        self._ended.append(Ended(name, child.process.wait()))
+        self._died(Ended(name, child.process.wait()))
+
+    def _died(self, end: Ended) -> None:
+        """Have a child started again, or report its end."""
+        now = time.monotonic()
+        self._standby_at.pop(end.name, None)
+        if self._stopping or self._respawn is None:
+            self._ended.append(end)
+            return
+        lives = self._lives[end.name]
+        pause = lives.death(end.code, now)
+        if pause is None:
+            self._ended.append(end._replace(note=lives.exhausted))
+            return
+        when = f'in {pause:g} s' if pause else 'now'
+        self.log(f'{end.message}; starting it again {when} (restart {lives.restarts}).')
+        self._restart_at[end.name] = now + pause
 
     def _write(self, label: str, sentence: str, colour: str) -> None:
         prefix = f'\033[{colour}m{label}\033[0m' if self._colour else label

@@ -10,9 +10,11 @@ from typing import Any
 
 import pytest
 import typer
+import yaml
 from typer.testing import CliRunner
 
 from likeme_arm_sim.simulated_parts import SimulatedPart
+from likeme_bringup.respawn import REFUSED
 from likeme_bringup.start_cell import (
     Part,
     StartOptions,
@@ -21,14 +23,17 @@ from likeme_bringup.start_cell import (
     executable,
     parameter_file,
 )
+from likeme_core.paper_world import WORLD
 from likeme_core.tabletop import Mode
+from likeme_inference import node_settings as inference_settings
+from likeme_perception import node_settings as perception_settings
 
 PACKAGE = Path(__file__).parents[1]
 SOURCES = PACKAGE.parent
 
 
-def test_all_three_parts_by_default() -> None:
-    assert [child.name for child in children()] == ['arm', 'perception', 'inference']
+def test_all_parts_by_default() -> None:
+    assert [child.name for child in children()] == ['hold', 'arm', 'perception', 'inference']
 
 
 def test_only_the_overridden_parameters_are_passed() -> None:
@@ -110,6 +115,7 @@ def launch(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     modules = [
         stand_in('launch', LaunchContext=dict, LaunchDescription=kind('LaunchDescription')),
         stand_in('launch.actions', **{name: kind(name) for name in actions}),
+        stand_in('launch.events.process', ProcessExited=kind('ProcessExited')),
         stand_in('launch.substitutions', LaunchConfiguration=LaunchConfiguration),
         stand_in('launch_ros'),
         stand_in('launch_ros.actions', Node=kind('Node')),
@@ -148,6 +154,29 @@ def test_the_launch_files_arguments_reach_the_nodes(launch: dict[str, Any]) -> N
     assert Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).is_file()
 
 
+def exits(node: Stand, *codes: int) -> list[Any]:
+    """What a node's ends lead to."""
+    event = types.SimpleNamespace
+    return [node.kwargs['on_exit'](event(returncode=code), {}) for code in codes]
+
+
+def test_the_launch_file_respawns_with_a_limit(launch: dict[str, Any]) -> None:
+    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()}
+    arm, perception, inference = launch['start'](context)[-3:]
+    assert arm.kwargs['respawn'] is True
+    assert arm.kwargs['respawn_delay'] > 0
+    *mended, last = exits(arm, *[-9] * 5)
+    assert mended == [[]] * 4
+    assert last[0].kwargs['reason'] == (
+        'arm was ended by SIGKILL, death 5 in a row within 30 s of a start'
+    )
+    assert exits(perception, 0)[0]
+    assert exits(inference, REFUSED)[0]
+    *_, arm = launch['start'](context | {'respawn': 'false', 'only': 'arm'})
+    assert arm.kwargs['respawn'] is False
+    assert exits(arm, -9)[0][0].kwargs['reason'] == 'arm was ended by SIGKILL'
+
+
 def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) -> None:
     import inspect
 
@@ -180,6 +209,19 @@ def test_a_namespace_and_what_every_node_has_are_accepted(tmp_path: Path) -> Non
         '/lab/inference_node: {ros__parameters: {use_sim_time: true, mode: sequential}}\n'
         '/**: {ros__parameters: {seed: 3, qos_overrides./clock.publisher.depth: 1}}\n'
     )
+    assert parameter_file(path) == path
+
+
+def test_all_parameters_of_a_node_are_accepted(tmp_path: Path) -> None:
+    """A replay starts its nodes with all parameters of the recorded ones."""
+    settings = {
+        'perception_node': perception_settings.settings_of(WORLD),
+        'inference_node': inference_settings.settings_of(WORLD),
+        'arm_driver': {'initial_states': None},
+    }
+    path = tmp_path / 'recorded.yaml'
+    nodes = {node: {'ros__parameters': dict.fromkeys(names)} for node, names in settings.items()}
+    path.write_text(yaml.safe_dump(nodes))
     assert parameter_file(path) == path
 
 

@@ -17,7 +17,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from likeme_bringup.supervisor import Child, Ended, Supervisor
+from likeme_bringup.child import Child, Ended
+from likeme_bringup.supervisor import Supervisor
 from likeme_core import processes
 
 BOUND = 60.0
@@ -140,7 +141,8 @@ def test_watch_returns_none_when_nothing_ended() -> None:
 
 RUNNER = """
 import sys
-from likeme_bringup.supervisor import Child, Supervisor
+from likeme_bringup.child import Child
+from likeme_bringup.supervisor import Supervisor
 code = sys.argv[1]
 children = [Child(name, [sys.executable, '-S', '-c', code]) for name in ('one', 'two')]
 sys.exit(Supervisor(children, grace=20).run())

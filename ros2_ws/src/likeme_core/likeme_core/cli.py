@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import getpass
 from typing import Annotated, Any
 
 import typer
@@ -11,6 +12,14 @@ from likeme_core.world.file import DEFAULT_WORLD
 
 #: 232 is the greatest domain ID for which DDS has ports.
 Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
+
+
+def user_name() -> str:
+    """The user name, if the system knows it."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return 'operator'
 
 
 def _read_world(value: str | World) -> World:

@@ -24,6 +24,11 @@ class NodeState(IntEnum):
     ENDING = 3
 
 
+def described(state: NodeState, message: str) -> str:
+    """State and reason in one phrase, e.g. `starting: no camera_info has come yet`."""
+    return state.name.lower() + (f': {message}' if message else '')
+
+
 class Change(StrEnum):
     """What a heartbeat tells beyond that the node is alive."""
 

@@ -38,9 +38,12 @@ def die_with_parent(parent: int) -> Callable[[], None]:
 
 
 def start(
-    command: Sequence[str], out: int | IO[bytes], environment: Mapping[str, str] | None = None
+    command: Sequence[str],
+    out: int | IO[bytes],
+    environment: Mapping[str, str] | None = None,
+    stdin: int = subprocess.DEVNULL,
 ) -> subprocess.Popen[bytes]:
-    """Start a process without stdin, with stdout and stderr in `out`.
+    """Start a process, without stdin unless told otherwise, with stdout and stderr in `out`.
 
     It has its own process group, so that Ctrl-C reaches this process alone, which then ends it by
     SIGINT. SIGINT is not inherited as ignored, as it is in a background job of a script.
@@ -55,7 +58,7 @@ def start(
     return subprocess.Popen(
         command,
         env=os.environ | dict(environment or {}),
-        stdin=subprocess.DEVNULL,
+        stdin=stdin,
         stdout=out,
         stderr=subprocess.STDOUT,
         process_group=0,

@@ -1,4 +1,4 @@
-"""Lets these tests import their own helpers and those of the system tests."""
+"""Lets these tests import their own helpers and those of the system tests and the benchmarks."""
 
 from __future__ import annotations
 
@@ -7,4 +7,4 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[3]
-sys.path[:0] = [str(HERE), str(ROOT / 'tests'), str(ROOT / 'tools')]
+sys.path[:0] = [str(HERE), str(ROOT / 'tests'), str(ROOT / 'tools'), str(ROOT / 'benchmarks')]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -149,4 +150,4 @@ def test_bad_parameters_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         with run("raise ValueError('Expected 1, got 2.')") as process:
             out, _ = process.communicate(timeout=60)
-    assert (process.returncode, out) == (1, 'busy does not start: Expected 1, got 2.\n')
+    assert (process.returncode, out) == (os.EX_CONFIG, 'busy does not start: Expected 1, got 2.\n')

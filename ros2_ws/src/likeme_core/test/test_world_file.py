@@ -12,12 +12,12 @@ import jsonschema
 import numpy as np
 import pytest
 import yaml
-from random_worlds import broken, random_world
 
 from likeme_core.tabletop import Manner
 from likeme_core.world import WorldFileError, load_world, shipped_worlds
 from likeme_core.world.file import parse_world, world_path
 from likeme_core.world.schema_problems import schema
+from worlds_parts.random_worlds import broken, random_world
 
 HERE = Path('w.yaml')
 

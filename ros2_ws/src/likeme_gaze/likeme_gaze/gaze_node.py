@@ -14,8 +14,10 @@ from rclpy.parameter import Parameter
 from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
+from likeme_core.heartbeats import NodeState, described
 from likeme_core.ros import parameters
 from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import stamp_ns, steady_clock
@@ -54,6 +56,8 @@ class GazeNode(Node):
     | gaze_markers | visualization_msgs/MarkerArray, transient local | lines of sight, the goal
       and its 95 % ellipse, after each start pose and observation |
     | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz, rejected inputs by reason |
+    | heartbeat | likeme_msgs/Heartbeat, best effort | 20 Hz, once trained; none while it is
+      trained again, DEGRADED after rejected inputs |
 
     All carry the stamp of the head pose they follow from. Parameters: mentor.settings.SETTINGS.
     Changes apply from the next start pose on; a change of the self-experience trains the model
@@ -81,6 +85,7 @@ class GazeNode(Node):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
+        self._heartbeat = HeartbeatPublisher(self, self._state)
 
     def _train(self, learning: LearningSettings) -> GazeModel:
         started = time.monotonic()
@@ -158,22 +163,27 @@ class GazeNode(Node):
     def _now(self) -> int:
         return int(self.get_clock().now().nanoseconds)
 
+    def _state(self) -> tuple[NodeState, str]:
+        if self._rejections.recent(time.monotonic(), REJECTION_WARNING):
+            return NodeState.DEGRADED, 'inputs were refused recently'
+        return NodeState.READY, ''
+
     def _publish_diagnostics(self) -> None:
-        rejected = self._rejections.recent(time.monotonic(), REJECTION_WARNING)
+        state, message = self._state()
         learning = self._settings.learning
         facts = {
             'training points': learning.points,
             'seed': learning.seed,
             'blindfold experience': str(learning.blindfold),
             'observations of this mentor': self._tracker.observations,
+            'health': described(state, message),
             **self._counts,
             **{f'refused: {reason}': n for reason, n in sorted(self._rejections.counts.items())},
         }
-        level = DiagnosticStatus.WARN if rejected else DiagnosticStatus.OK
-        message = 'inputs were refused recently' if rejected else 'ready'
+        level = DiagnosticStatus.WARN if message else DiagnosticStatus.OK
         now = self.get_clock().now().to_msg()
         self._diagnostics_pub.publish(
-            diagnostics_msg('gaze_node: gaze following', level, message, facts, now)
+            diagnostics_msg('gaze_node: gaze following', level, message or 'ready', facts, now)
         )
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from likeme_inference.experience.decision_log import DecisionLog
+if TYPE_CHECKING:
+    from likeme_inference.experience.decision_log import DecisionLog
+
 
 KINDS = ('hold', 'resume', 'motion')
 #: Reports that are remembered: more than the topics keep for those who come later.

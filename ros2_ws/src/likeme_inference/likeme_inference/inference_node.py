@@ -21,7 +21,7 @@ from likeme_core.state_folder import state_folder
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall, NotSentError
 from likeme_inference.cell_report_filter import CellReportFilter
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.help_requests import AcceptedAnswer, HelpRequests
 from likeme_inference.logged_session import LoggedSession
 from likeme_inference.node_settings import (
@@ -41,7 +41,7 @@ from likeme_inference.session_inputs import InputValue, OperatorAnswer, SessionE
 from likeme_inference.session_log import SessionLog
 from likeme_inference.session_restore import Restored, restore
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import help_request
+from likeme_inference.tabletop.imitation import help_request, model_gaps
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.session_state import Phase
@@ -148,6 +148,7 @@ class InferenceNode(Node):
             f'I know {", ".join(model.objects)} from {model.label} and imitate in '
             f'{values["mode"]} mode. Show me something.'
         )
+        self._report_gaps()
         self._log = log
         if not values['replayed']:
             self._take_up(restored, values)
@@ -220,6 +221,11 @@ class InferenceNode(Node):
             return NodeState.DEGRADED, f'The decision log cannot be written: {self._log.problem}'
         return NodeState.READY, ''
 
+    def _report_gaps(self) -> None:
+        """Log which objects either the model or the world lacks."""
+        for sentence in model_gaps(self._session.model, self._session.settings):
+            self.get_logger().warning(sentence)
+
     def _validate(self, values: Values, changed: set[str]) -> None:
         """Refuse invalid values, or values that cannot change now.
 
@@ -253,6 +259,7 @@ class InferenceNode(Node):
                 + (str(Path(place).expanduser().absolute()) if place else 'which is shipped')
                 + '.'
             )
+            self._report_gaps()
 
     def _restart(self, replayed: bool) -> None:
         self._logged.restart(replayed)

@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Any
 
 from likeme_inference.decision_record import recorded_world, rederive
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.experience.decision_log import DecisionLog, LogEntry
 
 #: Kinds that belong to the decision of the number in this field.

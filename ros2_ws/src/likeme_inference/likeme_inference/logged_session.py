@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.help_requests import AcceptedAnswer
 from likeme_inference.session_inputs import InputValue, SessionEvent, apply_input
 from likeme_inference.session_log import SessionLog

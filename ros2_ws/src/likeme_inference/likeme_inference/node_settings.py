@@ -6,19 +6,20 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from likeme_core.settings import Setting
 from likeme_core.tabletop import Mode
 from likeme_core.world import World
-from likeme_inference.experience.decision_log import LOG_FILE, DecisionLog
-from likeme_inference.experience.imitation_experience import ImitationExperience
-from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.model_parser import ModelFileError
 from likeme_inference.tabletop.robot_model import RobotModel
+
+if TYPE_CHECKING:
+    from likeme_inference.experience.decision_log import DecisionLog
+    from likeme_inference.experience.imitation_experience import ImitationExperience
 
 #: Upper limit of action_budget.
 MAX_ACTIONS = 100
@@ -113,6 +114,10 @@ def open_experience(
     """
     if not values['experience_store']:
         return None
+    # Here, as importing a database takes a node without a store a fifth of its start.
+    from likeme_inference.experience.imitation_experience import ImitationExperience
+    from likeme_inference.experience.store import ExperienceStore
+
     try:
         software = version('likeme_inference')
     except PackageNotFoundError:
@@ -134,6 +139,9 @@ def open_decision_log(values: Mapping[str, Any], folder: Callable[[], Path]) -> 
     place = values['decision_log'] or values['experience_store']
     if place == NO_LOG:
         return None
+    # Here, as importing a database takes a node without a log a fifth of its start.
+    from likeme_inference.experience.decision_log import LOG_FILE, DecisionLog
+
     return DecisionLog(place or str(folder() / LOG_FILE), lock_timeout=LOG_LOCK_TIMEOUT)
 
 

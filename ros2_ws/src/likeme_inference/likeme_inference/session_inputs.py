@@ -75,14 +75,18 @@ def apply_input(session: ImitationSession, value: InputValue) -> list[SessionEve
     """Apply an input to a session; the events it leads to, in their order.
 
     Raises:
-        ValueError: an object the robot never tried, or no input for the session's phase.
+        ValueError: an object that the world lacks, or no input for the session's phase.
     """
     events: list[SessionEvent | None]
     if isinstance(value, TableSnapshot):
         events = [session.look(value)]
     elif isinstance(value, Demonstration):
-        if value.object not in session.model.objects:
-            raise ValueError(f'Expected an object the robot has tried, got {value.object!r}.')
+        world = session.settings.world
+        if value.object not in world.objects:
+            raise ValueError(
+                f'Expected an object of the world {world.name} ({", ".join(world.objects)}), '
+                f'got {value.object!r}.'
+            )
         events = [session.observe_demonstration(value), session.look_again()]
     elif isinstance(value, MotionReport):
         events = [session.motion_finished(value)]

@@ -25,13 +25,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from likeme_core.observations import Demonstration
 from likeme_core.world import World
 from likeme_inference.decision_record import decision_record, world_record
-from likeme_inference.experience.database import StoreError
-from likeme_inference.experience.decision_log import DecisionLog
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.help_requests import AcceptedAnswer
 from likeme_inference.session_inputs import InputValue, SessionEvent
 from likeme_inference.tabletop.action_selection import Kind
@@ -45,6 +44,9 @@ from likeme_inference.tabletop.values import (
     Outcome,
 )
 from likeme_inference.value_json import to_json, to_text
+
+if TYPE_CHECKING:
+    from likeme_inference.experience.decision_log import DecisionLog
 
 #: s after a failed attempt in which no other is made: each may block the node for a while.
 RETRY_PERIOD = 1.0

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from likeme_core.world import World
-from likeme_inference.experience.decision_log import DecisionLog, LogEntry
 from likeme_inference.help_requests import ANSWERS_KEPT, AcceptedAnswer
 from likeme_inference.session_log import ELSEWHERE, SessionLog
 from likeme_inference.tabletop.session_state import Phase, SessionState
 from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome
 from likeme_inference.value_json import from_json, to_text
+
+if TYPE_CHECKING:
+    from likeme_inference.experience.decision_log import DecisionLog, LogEntry
 
 T = TypeVar('T')
 #: What is open in these phases.

@@ -8,10 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from domain_coordinator import domain_id
 from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
+from in_process import command
 from likeme_core.paper_world import WORLD
+from likeme_inference import ask_human_node
 from likeme_inference.console_replies import MENU, read_reply
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, Outcome
@@ -154,10 +157,11 @@ def test_ctrl_c_ends_cleanly(tmp_path: Path) -> None:
 
 
 @pytest.mark.graph
-def test_absent_service(tmp_path: Path) -> None:
-    with Graph(tmp_path) as graph:
-        absent = run(graph, 'list')
+def test_absent_service(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ask_human_node, 'SERVICE_TIMEOUT', 0.5)
+    with domain_id() as domain:
+        absent = command(ask_human_node.main, domain, 'list')
 
-        assert absent.returncode == 3
-        assert absent.stderr.startswith('Expected the service ask_human within 8 s, got none')
-        assert absent.stderr.count('\n') == 1
+    assert absent.code == 3
+    assert absent.stderr.startswith('Expected the service ask_human within 0.5 s, got none')
+    assert absent.stderr.count('\n') == 1

@@ -17,10 +17,10 @@ from sqlalchemy.dialects import mysql, postgresql
 from sqlalchemy.schema import CreateTable
 
 from likeme_core.paper_world import LEFT, OFFTABLE, PLACE_LEFT, PUSH_RIGHT, RIGHT, WORLD
-from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import robot_model
 from likeme_inference.experience.schema import metadata, trials
 from likeme_inference.experience.store import BATCH, ExperienceStore
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.experience.trial import Pair
 from likeme_inference.tabletop.model_file import format_model
 from likeme_inference.tabletop.model_parser import parse

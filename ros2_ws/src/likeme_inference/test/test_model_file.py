@@ -6,12 +6,14 @@ import pickle
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from likeme_core.paper_world import LEFT, PUSH_LEFT, PUSH_RIGHT, WORLD
 from likeme_core.tabletop import Mode
 from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.domain import TABLETOP
+from likeme_inference.tabletop.imitation import ImitationSettings, model_gaps
 from likeme_inference.tabletop.model_file import (
     format_model,
     load,
@@ -100,13 +102,17 @@ def test_models_of_other_domains(tmp_path: Path) -> None:
         (
             KITCHEN,
             r'a model of the world chung2015, with the states LEFT, .* '
-            r'got board, pan, plate, floor',
+            r'got kitchen 1 with board, pan, plate, floor',
         ),
         (
             GOOD.replace('object,x_i', 'goal,TIDY,LEFT\nobject,x_i'),
             'the lines goal, aim and out_of_reach of the world chung2015',
         ),
-        (GOOD.partition('pear')[0] + 'end,0,0', 'expected rows of at least one object, got none'),
+        (
+            GOOD.partition('pear')[0] + 'end,0,0',
+            r'at least one object of the world chung2015 \(pear, lemon, chicken\), got none',
+        ),
+        (GOOD.replace('pear', 'plum'), r'of the world chung2015 \(.*\), got plum'),
     ],
 )
 def test_other_domains_are_not_loaded_as_the_tabletop(
@@ -245,10 +251,54 @@ def test_models_in_memory_are_validated() -> None:
 
 
 def test_a_shipped_model_is_not_taken_for_a_changed_world_of_the_same_name() -> None:
-    assert shipped(WORLD.only('pear')).objects.keys() == shipped().objects.keys()
-    with pytest.raises(ModelFileError, match=r'expected a model of the world chung2015, .* got '):
+    with pytest.raises(
+        ModelFileError, match=r'expected a model of the world chung2015, .* got chung2015_robot 1 '
+    ):
         shipped(replace(WORLD, actions=WORLD.actions[:5]))
     left, right, off = WORLD.region_entries
     moved = replace(WORLD, region_entries=(replace(left, area=right.area), right, off))
     with pytest.raises(ModelFileError, match='regions of the shipped world chung2015'):
         shipped(moved)
+
+
+def test_objects_that_the_world_lacks_are_left_out_and_named() -> None:
+    known = shipped(WORLD.only('pear'))
+    assert list(known.objects) == ['pear']
+    assert known.left_out == ('lemon', 'chicken')
+    assert np.array_equal(known.model_of('pear').counts, shipped().model_of('pear').counts)
+    # The prior that objects share is that of the world's objects alone.
+    assert not np.array_equal(
+        known.counted('pear', shared=True).pseudo_counts,
+        shipped().counted('pear', shared=True).pseudo_counts,
+    )
+    assert shipped(WORLD).left_out == ()
+
+
+def test_objects_that_model_or_world_lacks_are_named() -> None:
+    with_lemon = WORLD.only('pear', 'lemon')
+    known = shipped(with_lemon).only(['lemon'])
+    settings = ImitationSettings(world=with_lemon)
+    assert model_gaps(shipped(), ImitationSettings()) == []
+    assert model_gaps(known, settings)[0] == (
+        'chung2015_robot 1 has no trials of pear: not imitated, as no prior is set '
+        '(concentration or shared_prior).'
+    )
+    assert model_gaps(known, replace(settings, shared_prior=True))[0] == (
+        'chung2015_robot 1 has no trials of pear: inferred by the prior alone.'
+    )
+    assert model_gaps(shipped(with_lemon), settings) == [
+        'chung2015_robot 1 has trials of chicken, which the world chung2015 lacks: not used.'
+    ]
+
+
+def test_an_untried_object_has_the_prior_fitted_to_the_others() -> None:
+    others = shipped().only(['lemon', 'chicken'])
+    untried = others.counted('pear', shared=True)
+    assert untried.trials == 0
+    # In the prior of an object tried without a trial, nothing but its own counts is missing.
+    row = TrialCounts('pear', LEFT, PUSH_LEFT, (0, 0, 0), 'paper')
+    empty = RobotModel('m', '1', others.sources, (*others.rows, row))
+    assert np.array_equal(untried.prior, empty.counted('pear', shared=True).prior)
+    assert others.counted('pear', 0.5).transition == pytest.approx(1 / 3)
+    with pytest.raises(ValueError, match=r"objects \['lemon', 'chicken'\], got 'pear'"):
+        others.counted('pear')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -194,7 +195,7 @@ def test_a_store_that_is_none_is_refused_at_the_start(tmp_path: Path) -> None:
         place = str(tmp_path / 'notes.txt')
         process = graph.start('likeme_inference.inference_node', experience_store=place)
 
-        assert process.wait(20) == 1
+        assert process.wait(20) == os.EX_CONFIG
         assert 'inference_node does not start' in process.said
         assert 'expected an SQLite database' in process.said
 

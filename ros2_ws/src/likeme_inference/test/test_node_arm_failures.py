@@ -19,8 +19,18 @@ from likeme_msgs.msg import Decision, Outcome
 pytestmark = pytest.mark.graph
 L, R, O = WORLD.states  # noqa: E741
 FAKE_ARM = Path(__file__).with_name('fake_arm_process.py')
-#: s: Fast DDS holds a participant alive for this long after its last sign (its default lease).
-DDS_LEASE = 20.0
+#: s: Fast DDS holds the arm alive for this long after its last sign (20 s by default).
+DDS_LEASE = 5.0
+SHORT_LEASE = f"""
+<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"><profiles>
+  <participant profile_name="short_lease" is_default_profile="true"><rtps><builtin>
+    <discovery_config>
+      <leaseDuration><sec>{DDS_LEASE:.0f}</sec></leaseDuration>
+      <leaseAnnouncement><sec>1</sec></leaseAnnouncement>
+    </discovery_config>
+  </builtin></rtps></participant>
+</profiles></dds>
+"""
 
 
 def start(graph: Graph, **parameters: float) -> tuple[NodeProcess, Camera, list[Outcome]]:
@@ -126,11 +136,13 @@ def test_a_table_that_never_settles_has_not_been_seen(tmp_path: Path) -> None:
         assert graph.until(lambda: outcomes, 5, 'NOT_SEEN').pop().result == Outcome.NOT_SEEN
 
 
-@pytest.mark.slow
 def test_arm_killed_in_the_middle_and_back_again(tmp_path: Path) -> None:
+    profiles = tmp_path / 'short_lease.xml'
+    profiles.write_text(SHORT_LEASE)
+    setting = f'FASTRTPS_DEFAULT_PROFILES_FILE={profiles}'
     with Graph(tmp_path) as graph:
         _, camera, outcomes = start(graph)
-        arm = graph.run('arm_killed', sys.executable, str(FAKE_ARM))
+        arm = graph.run('arm_killed', 'env', setting, sys.executable, str(FAKE_ARM))
         let_act(graph, camera)
         graph.until(lambda: 'Request: action PUSH_LEFT chicken' in arm.said, 10, 'the request')
         arm.signal(signal.SIGKILL)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +13,12 @@ from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.parameter import Parameter
 
 from graph import LATCHED, Graph
+from in_process import refusal
 from likeme_core.paper_world import WORLD
+from likeme_inference.inference_node import main
 from likeme_inference.node_settings import settings_of
-from likeme_inference.tabletop.model_file import format_model, shipped
+from likeme_inference.tabletop.model_file import format_model, save, shipped
+from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_msgs.msg import Decision, GoalBelief
 
 pytestmark = pytest.mark.graph
@@ -72,10 +76,18 @@ def test_parameter_ranges_are_published(tmp_path: Path) -> None:
     ]
 
 
+def test_a_process_with_bad_parameters_does_not_start(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        node = graph.start('likeme_inference.inference_node', help_threshold=1.5)
+        assert node.wait(20) == os.EX_CONFIG
+        assert 'inference_node does not start: ' in node.said
+        assert 'help_threshold' in node.said
+        assert 'Traceback' not in node.said
+
+
 @pytest.mark.parametrize(
     ('arguments', 'why'),
     [
-        ({'help_threshold': 1.5}, 'help_threshold'),
         ({'mode': 'telepathy'}, "got 'telepathy'"),
         ({'goal_prior': [0.5, 0.4, 0.03]}, 'to sum to 1, got 0.93'),
         ({'model_file': '/no/such/file'}, '/no/such/file: No such file'),
@@ -85,15 +97,35 @@ def test_parameter_ranges_are_published(tmp_path: Path) -> None:
         ({'experience_store': 'sqlite://', 'robot': ''}, "got ''"),
     ],
 )
-def test_a_node_with_bad_parameters_does_not_start(
-    tmp_path: Path, arguments: dict[str, Any], why: str
-) -> None:
-    with Graph(tmp_path) as graph:
-        node = graph.start('likeme_inference.inference_node', **arguments)
+def test_bad_parameters_are_refused_with_a_sentence(arguments: dict[str, Any], why: str) -> None:
+    assert why in refusal(main, 'inference_node', **arguments)
 
-        assert node.wait(20) == 1
-        assert why in node.said
-        assert 'Traceback' not in node.said
+
+def test_a_model_that_lacks_an_object_of_the_world(tmp_path: Path) -> None:
+    """The node starts, says so, and does not imitate the object until a prior is set."""
+    rows = tuple(row for row in shipped().rows if row.object != 'chicken')
+    plum = rows[0]._replace(object='plum')
+    path = tmp_path / 'other.csv'
+    save(RobotModel('other', '1', shipped().sources, (*rows, plum)), path)
+    with Graph(tmp_path) as graph:
+        node = graph.start('likeme_inference.inference_node', model_file=str(path))
+        camera = Camera(graph)
+        decisions = graph.collect(Decision, 'decision', LATCHED)
+        beliefs = graph.collect(GoalBelief, 'goal_belief', LATCHED)
+        camera.show('chicken', R, L)
+        refused = graph.until(lambda: decisions, 20, 'a decision').pop()
+        assert set_parameter(graph, 'shared_prior', True).successful
+        camera.show('chicken', L, R)
+        belief = graph.until(lambda: beliefs, 10, 'a belief').pop()
+        assert node.stop() == 0
+
+    assert (refused.kind, refused.action, refused.x_i) == (Decision.NO_ACTION, 255, L)
+    assert 'other 1 has no trials of it: not imitated, as no prior is set' in refused.sentence
+    assert (belief.object, belief.goal) == ('chicken', R)
+    assert belief.posterior[R] > 0.6
+    assert 'other 1 has no trials of chicken: not imitated, as no prior is set' in node.said
+    assert 'other 1 has trials of plum, which the world chung2015 lacks: not used.' in node.said
+    assert 'Traceback' not in node.said
 
 
 def test_parameters_are_rejected_or_apply_from_the_next_decision(tmp_path: Path) -> None:

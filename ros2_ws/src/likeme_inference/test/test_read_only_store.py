@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from example_trials import trial
@@ -21,26 +24,31 @@ HERE = Path(__file__).parent
 UNPRIVILEGED = (
     ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] if os.geteuid() == 0 else []
 )
-# Reads trials while they are counted, tries to write, and asks whether that can be.
+# For each store: reads trials while they are counted, tries to write, and asks whether it can.
 PROGRAM = """
-import sys
-sys.path.insert(0, sys.argv[2])
+import json, sys
+sys.path.insert(0, sys.argv[1])
 from example_trials import trial
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_core.paper_world import WORLD
 from likeme_inference.experience.store import ExperienceStore
-try:
-    store = ExperienceStore(sys.argv[1], WORLD)
-    trials = store.trials()
-    next(trials)
-    print(sum(tally.trials for tally in store.tallies()), 1 + len(list(trials)))
-except StoreError as error:
-    sys.exit(print(error))
-for write in (lambda: store.record([trial(99)]), store.check_writable):
+
+def said(place):
     try:
-        write()
+        store = ExperienceStore(place, WORLD)
+        trials = store.trials()
+        next(trials)
+        yield f'{sum(tally.trials for tally in store.tallies())} {1 + len(list(trials))}'
     except StoreError as error:
-        print(error)
+        yield str(error)
+        return
+    for write in (lambda: store.record([trial(99)]), store.check_writable):
+        try:
+            write()
+        except StoreError as error:
+            yield str(error)
+
+print(json.dumps([list(said(place)) for place in sys.argv[2:]]))
 """
 
 
@@ -50,6 +58,12 @@ def unprivileged(program: str, *arguments: str) -> str:
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
+
+
+def tried(*places: str | Path) -> list[list[str]]:
+    """What the program says of each store."""
+    said: list[list[str]] = json.loads(unprivileged(PROGRAM, str(HERE), *map(str, places)))
+    return said
 
 
 def closed_store(folder: Path) -> Path:
@@ -102,51 +116,71 @@ KINDS = {
 }
 
 
-@pytest.fixture(params=KINDS)
-def path(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
-    folder = tmp_path / 'a #1 100%?'
-    folder.mkdir()
-    return KINDS[request.param](folder)
+MODES = ('file', 'file system')
 
 
-@pytest.mark.parametrize('mode', ['file', 'file system'])
-def test_a_read_only_store_is_read_and_not_written_to(path: Path, mode: str) -> None:
-    parts = [path] if mode == 'file' else list(path.parent.iterdir())
-    for part in parts:
-        part.chmod(0o444)
-    path.parent.chmod(0o555 if mode == 'file system' else 0o755)
-    before = path.read_bytes(), sorted(path.parent.iterdir())
-    said = unprivileged(PROGRAM, str(path), str(HERE))
-    after = path.read_bytes(), sorted(path.parent.iterdir())
-    path.parent.chmod(0o755)
-    why = f'{path} cannot be written to: the file or its folder is read-only.'
-    assert said.splitlines() == ['2 2', why, why]
-    assert after == before
+class ReadOnly(NamedTuple):
+    """A read-only store: what was said of it, its file and its folder before and after."""
+
+    path: Path
+    said: list[str]
+    before: tuple[bytes, list[Path]]
+    after: tuple[bytes, list[Path]]
 
 
-def test_a_store_is_not_made_in_a_read_only_folder(tmp_path: Path) -> None:
+def contents(path: Path) -> tuple[bytes, list[Path]]:
+    return path.read_bytes(), sorted(path.parent.iterdir())
+
+
+@pytest.fixture(scope='module')
+def stores(tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[str, str], ReadOnly]:
+    """Stores of every kind, tried by one process."""
+    paths = {}
+    for kind, mode in product(KINDS, MODES):
+        folder = tmp_path_factory.mktemp('store') / 'a #1 100%?'
+        folder.mkdir()
+        path = paths[kind, mode] = KINDS[kind](folder)
+        for part in [path] if mode == 'file' else list(folder.iterdir()):
+            part.chmod(0o444)
+        folder.chmod(0o555 if mode == 'file system' else 0o755)
+    before = [contents(path) for path in paths.values()]
+    said = tried(*paths.values())
+    after = [contents(path) for path in paths.values()]
+    for path in paths.values():
+        path.parent.chmod(0o755)
+    return dict(zip(paths, map(ReadOnly, paths.values(), said, before, after), strict=True))
+
+
+@pytest.mark.parametrize('mode', MODES)
+@pytest.mark.parametrize('kind', KINDS)
+def test_a_read_only_store_is_read_and_not_written_to(
+    stores: dict[tuple[str, str], ReadOnly], kind: str, mode: str
+) -> None:
+    store = stores[kind, mode]
+    why = f'{store.path} cannot be written to: the file or its folder is read-only.'
+    assert store.said == ['2 2', why, why]
+    assert store.after == store.before
+
+
+def test_what_cannot_be_opened_is_refused_and_a_url_names_a_read_only_store(
+    tmp_path: Path,
+) -> None:
     folder = tmp_path / 'folder'
     folder.mkdir(mode=0o555)
-    path = folder / 'experience.sqlite'
-    said = unprivileged(PROGRAM, str(path), str(HERE))
-    assert said == f'{path} cannot be made: its folder is read-only.'
-
-
-def test_a_store_without_read_permission_is_refused(tmp_path: Path) -> None:
-    path = closed_store(tmp_path)
-    path.chmod(0)
-    said = unprivileged(PROGRAM, str(path), str(HERE))
-    assert said == f'{path} cannot be read: permission denied.'
-
-
-@pytest.mark.parametrize('url', ['sqlite:///{}', 'sqlite:///file:{}?immutable=1&uri=true'])
-def test_a_url_names_a_read_only_store_too(tmp_path: Path, url: str) -> None:
-    path = closed_store(tmp_path)
-    path.chmod(0o444)
-    tmp_path.chmod(0o555)
-    said = unprivileged(PROGRAM, url.format(path), str(HERE))
-    tmp_path.chmod(0o755)
-    assert said.startswith('2 2\n')
+    unmade = folder / 'experience.sqlite'
+    (tmp_path / 'unreadable').mkdir()
+    unreadable = closed_store(tmp_path / 'unreadable')
+    unreadable.chmod(0)
+    (tmp_path / 'named').mkdir()
+    named = closed_store(tmp_path / 'named')
+    named.chmod(0o444)
+    named.parent.chmod(0o555)
+    urls = (f'sqlite:///{named}', f'sqlite:///file:{named}?immutable=1&uri=true')
+    first, second, *others = tried(unmade, unreadable, *urls)
+    named.parent.chmod(0o755)
+    assert first == [f'{unmade} cannot be made: its folder is read-only.']
+    assert second == [f'{unreadable} cannot be read: permission denied.']
+    assert [said[0] for said in others] == ['2 2', '2 2']
 
 
 def test_trials_are_imported_from_a_read_only_store(tmp_path: Path) -> None:

@@ -349,8 +349,38 @@ def test_a_model_without_the_demonstrated_object_ends_the_turn() -> None:
     assert dropped.sentence == 'no_pear 1 has no trials of pear: its demonstration is dropped.'
     assert here.phase is Phase.IDLE
     assert here.look(table(12)) is None
-    with pytest.raises(ValueError, match="got 'pear'"):
-        here.observe_demonstration(shown('pear', R, L, at=13))
+    refused = here.observe_demonstration(shown('pear', R, L, at=13))
+    assert isinstance(refused, Decision)
+    assert (refused.kind, refused.action, refused.id) == (Kind.NO_ACTION, None, 1)
+    assert (refused.goal, refused.goal_posterior) == (L, (1 / 3,) * 3)
+    assert refused.sentence == (
+        'I saw the pear being placed from RIGHT to LEFT, but no_pear 1 has no trials of it: '
+        'not imitated, as no prior is set (concentration or shared_prior).'
+    )
+    assert here.phase is Phase.IDLE
+    assert isinstance(here.observe_demonstration(shown('lemon', R, L, at=16)), GoalBelief)
+
+
+@pytest.mark.parametrize('prior', [{'concentration': 0.09}, {'shared_prior': True}])
+def test_an_object_without_trials_is_inferred_by_a_prior(prior: dict[str, float]) -> None:
+    here = session(**prior)
+    here.model = without_pear()
+    belief = here.observe_demonstration(shown('pear', R, L, at=3))
+    here.look(table(3, pear=L))
+    here.observe_demonstration(shown('pear', L, R, at=9))
+    decision = here.look(table(9, pear=R))
+
+    assert isinstance(belief, GoalBelief)
+    assert isinstance(decision, Decision)
+    assert belief.goal == decision.goal == L
+    if 'concentration' in prior:
+        # Every final state is equally likely.
+        assert belief.posterior == (1 / 3,) * 3
+        assert (decision.kind, decision.predicted_success) == (Kind.ASK_HUMAN, 1 / 3)
+    else:
+        assert belief.posterior[L] > 0.6
+        assert (decision.kind, decision.action) == (Kind.EXECUTE, PUSH_LEFT)
+        assert decision.predicted_success > 0.6
 
 
 @pytest.mark.parametrize('phase', [Phase.ACTING, Phase.CONFIRMING])

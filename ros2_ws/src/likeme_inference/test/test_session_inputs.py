@@ -46,7 +46,7 @@ def test_a_demonstration_leads_to_a_belief_and_to_a_look_at_the_newest_table() -
 @pytest.mark.parametrize(
     ('value', 'sentence'),
     [
-        (demonstration('plum'), "an object the robot has tried, got 'plum'"),
+        (demonstration('plum'), "world chung2015 .pear, lemon, chicken., got 'plum'"),
         (demonstration(''), "got ''"),
         (MotionReport(MotionOutcome.COMPLETED, ''), 'session in ACTING, got IDLE'),
         (OperatorAnswer(Reply.SKIP, 'Ada'), 'session in ASKING, got IDLE'),

@@ -8,13 +8,16 @@ import time
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
+from likeme_core.heartbeats import NodeState, described
 from likeme_core.ros import parameters
+from likeme_core.ros.heartbeat import HeartbeatPublisher
+from likeme_core.ros.managed_node import ManagedNode
 from likeme_core.ros.qos import CAMERA
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
@@ -24,6 +27,7 @@ from likeme_msgs.msg import Demonstration, FrameDone, TableState
 from likeme_perception import messages
 from likeme_perception.frame_counts import FrameCounts, Throttle
 from likeme_perception.frame_reader import FrameReader
+from likeme_perception.health import FrameHealth
 from likeme_perception.node_settings import read_settings, settings_of
 from likeme_perception.observation import TableObservation
 from likeme_perception.overlay import draw
@@ -34,7 +38,7 @@ from likeme_perception.rgbd import Intrinsics, RgbdFrame
 CHANGE_LOG_PERIOD = 5.0
 
 
-class PerceptionNode(Node):
+class PerceptionNode(ManagedNode):
     """Estimates the state of every object on the table from a registered RGB-D camera.
 
     | publishes | type | |
@@ -45,7 +49,9 @@ class PerceptionNode(Node):
     | frame_done | likeme_msgs/FrameDone | each frame and camera_info, when processed |
     | table_markers | visualization_msgs/MarkerArray | 5 Hz while subscribed |
     | table_overlay | sensor_msgs/Image | the image with states, 2 Hz while subscribed |
-    | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz: rate, latency, drops |
+    | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz: rate, latency, drops, health |
+    | heartbeat | likeme_msgs/Heartbeat | 20 Hz: STARTING until the background is known, DEGRADED
+      while no frame can be read |
 
     | subscribes | type | |
     | --- | --- | --- |
@@ -57,9 +63,12 @@ class PerceptionNode(Node):
     | --- | --- | --- |
     | perception/reset | std_srvs/Trigger | forget camera, background and objects |
 
-    Parameters: world, and node_settings.settings_of(world): every number of PerceptionConfig by
-    its name (rectangles as x_min, x_max, y_min, y_max) and pairing_tolerance. A change restarts
-    perception with the new values; invalid values are refused.
+    A managed node, active from the start unless `autostart` is false. While it is not active it
+    publishes world, heartbeat and /diagnostics only; it begins anew when it is activated.
+
+    Parameters: world, autostart, and node_settings.settings_of(world): every number of
+    PerceptionConfig by its name (rectangles as x_min, x_max, y_min, y_max) and pairing_tolerance.
+    A change restarts perception with the new values; invalid values are refused.
     """
 
     def __init__(self, parameter_overrides: list[Parameter] | None = None) -> None:
@@ -71,6 +80,7 @@ class PerceptionNode(Node):
         self.add_post_set_parameters_callback(self._apply_parameters)
 
         self.counts = FrameCounts(time.monotonic())
+        self._health = FrameHealth(time.monotonic())
         self._marker_times, self._overlay_times = Throttle(0.2), Throttle(0.5)
         self._restart(None)
 
@@ -88,6 +98,13 @@ class PerceptionNode(Node):
         self.create_subscription(CameraInfo, 'camera/rgb/camera_info', self._on_info, CAMERA)
         self.create_service(Trigger, 'perception/reset', self._on_reset)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
+        self._heartbeat = HeartbeatPublisher(self, self._state)
+        self.autostart()
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Learn the background, then watch."""
+        self._restart(None)
+        return super().on_activate(state)
 
     def _check_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         try:
@@ -114,6 +131,8 @@ class PerceptionNode(Node):
         return response
 
     def _on_info(self, info: CameraInfo) -> None:
+        if not self.active:
+            return
         done = FrameDone(header=info.header, kind=FrameDone.CAMERA_INFO)
         try:
             if self._reader.set_camera_info(info):
@@ -127,6 +146,8 @@ class PerceptionNode(Node):
         self._done_pub.publish(done)
 
     def _on_image(self, stream: int, image: Image) -> None:
+        if not self.active:
+            return
         alone = self._pairing.alone
         pair = self._pairing.add(stream, image)
         if self._pairing.alone > alone:
@@ -153,6 +174,7 @@ class PerceptionNode(Node):
         self._done_pub.publish(messages.frame_read(table, depth.header))
         latency = (self.get_clock().now().nanoseconds - frame.stamp) * 1e-9
         self.counts.read(time.perf_counter() - begin, latency)
+        self._health.read(time.monotonic())
 
     def _publish(self, table: TableObservation, frame: RgbdFrame, depth: Image) -> None:
         reference = self._reader.settings.config.reference_frame
@@ -182,12 +204,18 @@ class PerceptionNode(Node):
             self._overlay_pub.publish(messages.image_message(image, header))
 
     def _count_drop(self, reason: str, sentence: str) -> None:
+        self._health.drop(sentence)
         warning = self.counts.drop(reason, sentence, time.monotonic())
         if warning is not None:
             self.get_logger().warning(warning)
 
+    def _state(self) -> tuple[NodeState, str]:
+        if not self.active:
+            return NodeState.STARTING, 'the node is not active'
+        return self._health.state(self._reader, time.monotonic())
+
     def _publish_diagnostics(self) -> None:
-        facts = self.counts.described()
+        facts = self.counts.described() | {'health': described(*self._state())}
         if self._reader.perception is not None:
             facts |= self._reader.perception.described()
         facts['unpaired images'] = str(self._pairing.unpaired)

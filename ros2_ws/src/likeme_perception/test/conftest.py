@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,9 @@ from likeme_perception.colour import ColourComponent
 from likeme_perception.config import PerceptionConfig, world_config
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
+
+# The helpers of the system tests.
+sys.path.insert(0, str(Path(__file__).resolve().parents[4] / 'tests'))
 
 TABLE, FLOOR = (196, 164, 122), (110, 112, 116)
 YELLOW, GREEN, SKIN = (235, 205, 30), (90, 150, 40), (222, 170, 140)

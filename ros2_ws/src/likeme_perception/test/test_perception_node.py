@@ -17,15 +17,20 @@ rclpy = pytest.importorskip('rclpy')
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from domain_coordinator import domain_id  # noqa: E402
+from lifecycle_msgs.msg import Transition  # noqa: E402
+from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
+from in_process import refusal  # noqa: E402
+from likeme_core.heartbeats import NodeState  # noqa: E402
+from likeme_core.ros.heartbeat import HeartbeatSubscriber  # noqa: E402
 from likeme_core.ros.time import time_msg  # noqa: E402
 from likeme_msgs.msg import FrameDone, ObjectState, TableState  # noqa: E402
-from likeme_perception.perception_node import PerceptionNode  # noqa: E402
+from likeme_perception.perception_node import PerceptionNode, main  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
 
 COLOUR, DEPTH = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
@@ -197,6 +202,62 @@ def test_reset_forgets_camera_background_and_objects(rig: Rig, renderer) -> None
     assert 0 < len(rig.states) - states <= 3, 'the background must be learned anew'
 
 
+def test_heartbeats_and_diagnostics_tell_the_health(rig: Rig, renderer) -> None:
+    nodes = HeartbeatSubscriber(rig.probe).monitor.nodes
+
+    def heard(state: NodeState) -> Callable[[], bool]:
+        return lambda: '/perception_node' in nodes and nodes['/perception_node'].state is state
+
+    rig.until(heard(NodeState.STARTING), 'STARTING')
+    assert nodes['/perception_node'].message == 'no camera_info has come yet'
+    rig.info(renderer.frame())
+    for _ in range(7):
+        rig.send(renderer.frame())
+    rig.until(heard(NodeState.READY), 'READY')
+    rig.until(heard(NodeState.DEGRADED), 'DEGRADED, as no more frames come')
+    rig.diagnostics.clear()
+    rig.until(lambda: bool(rig.diagnostics), 'diagnostics')
+    values = {value.key: value.value for value in rig.diagnostics[-1].status[0].values}
+    assert values['health'].startswith('degraded: no frame has come for ')
+    assert values['version'] == nodes['/perception_node'].version
+
+
+def test_an_inactive_node_publishes_nothing_of_its_frames(rig: Rig, renderer) -> None:
+    done: list[FrameDone] = []
+    rig.probe.create_subscription(FrameDone, 'frame_done', done.append, 10)
+    change = rig.probe.create_client(ChangeState, 'perception_node/change_state')
+    rig.until(change.service_is_ready, 'the service')
+
+    def set_state(transition: int) -> None:
+        request = ChangeState.Request(transition=Transition(id=transition))
+        future = change.call_async(request)
+        rig.until(future.done, 'an answer')
+        assert future.result().success
+
+    def show() -> None:
+        rig._send['camera/rgb/camera_info'].publish(info_of(renderer.frame()))
+        for _ in range(7):
+            frame = renderer.frame()
+            for topic, pixels, kind in (
+                (COLOUR, frame.rgb, 'rgb8'),
+                (DEPTH, np.nan_to_num(frame.depth * 1000).astype(np.uint16), '16UC1'),
+            ):
+                rig._send[topic].publish(image_of(frame, pixels, kind))
+                rig.executor.spin_once(timeout_sec=0.05)
+
+    set_state(Transition.TRANSITION_DEACTIVATE)
+    assert rig.node._state()[1] == 'the node is not active'
+    show()
+    set_state(Transition.TRANSITION_CLEANUP)
+    set_state(Transition.TRANSITION_CONFIGURE)
+    assert (rig.states, done, rig.counted) == ([], [], 0)
+    set_state(Transition.TRANSITION_ACTIVATE)
+    rig.info(renderer.frame())
+    for _ in range(7):
+        rig.send(renderer.frame())
+    rig.until(lambda: bool(rig.states), 'a table state')
+
+
 def test_camera_info_is_acknowledged_with_the_reason_when_it_is_unusable(
     rig: Rig, renderer
 ) -> None:
@@ -239,14 +300,18 @@ def start_node(domain: int, *arguments: str) -> subprocess.Popen[str]:
     )
 
 
-@pytest.mark.parametrize('argument', ['world:=/nowhere.yaml', 'world:=moon', 'min_height:=7.0'])
-def test_bad_parameters_at_the_start_are_one_sentence(argument: str) -> None:
+def test_a_process_with_bad_parameters_says_one_sentence() -> None:
     with domain_id() as domain:
-        node = start_node(domain, '-p', argument)
+        node = start_node(domain, '-p', 'world:=/nowhere.yaml')
         out, _ = node.communicate(timeout=30)
-    assert node.returncode == 1
+    assert node.returncode == os.EX_CONFIG
     assert 'perception_node does not start: ' in out.splitlines()[-1]
     assert 'Traceback' not in out
+
+
+@pytest.mark.parametrize('parameters', [{'world': 'moon'}, {'min_height': 7.0}])
+def test_bad_parameters_at_the_start_are_one_sentence(parameters: dict[str, object]) -> None:
+    assert refusal(main, 'perception_node', **parameters)
 
 
 class Camera:
@@ -283,8 +348,7 @@ class Camera:
         self.context.try_shutdown()
 
 
-@pytest.mark.parametrize('at_work', [False, True])
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(('number', 'at_work'), [(signal.SIGINT, False), (signal.SIGTERM, True)])
 def test_a_signal_ends_the_node_without_output(renderer, number: int, at_work: bool) -> None:
     with domain_id() as domain:
         node, camera = start_node(domain, '-p', 'background_frames:=2'), Camera(domain)

@@ -30,6 +30,8 @@ def managed_nodes(domain: int, parameters: Mapping[str, Mapping[str, Any]]) -> I
     with tempfile.TemporaryDirectory(prefix='likeme-replay-') as folder:
         log = Path(folder) / 'nodes.log'
         command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(domain)]
+        # A restarted node would not have read what the recording has played.
+        command += ['--no-respawn']
         command += [word for part in PARTS for word in ('--only', part)]
         if parameters:
             file = Path(folder) / 'parameters.yaml'

@@ -1,18 +1,27 @@
-"""The service `execute_action` of one simulated actor."""
+"""The services `execute_action` and `motion_status` of one simulated actor."""
 
 from __future__ import annotations
+
+import uuid
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
+from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
 from likeme_arm_sim import messages
 from likeme_arm_sim.ros.job_future import job_ended
-from likeme_arm_sim.simulation_driver import SimulationDriver, StampedResult
+from likeme_arm_sim.simulation_driver import (
+    MotionRequest,
+    SimulationDriver,
+    StampedResult,
+    repeated,
+)
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
-from likeme_msgs.srv import ExecuteAction
+from likeme_msgs.srv import ExecuteAction, MotionStatus
 
 SERVICES = {Actor.ROBOT: 'arm/execute_action', Actor.HUMAN: 'human/execute_action'}
+STATUS_SERVICES = {Actor.ROBOT: 'arm/motion_status', Actor.HUMAN: 'human/motion_status'}
 BUSY = 'My last motion is still in progress: nothing was started.'
 
 
@@ -24,8 +33,11 @@ class MotionService:
         motions, refused: number of requests that moved something, and that did not.
     """
 
-    def __init__(self, node: Node, driver: SimulationDriver, actor: Actor) -> None:
+    def __init__(
+        self, node: Node, driver: SimulationDriver, actor: Actor, journal: MotionJournal
+    ) -> None:
         self._node, self._driver, self._actor = node, driver, actor
+        self._journal = journal
         self.name, self.motions, self.refused = SERVICES[actor], 0, 0
         # The callback awaits the end of a motion; meanwhile other requests are answered BUSY.
         group = ReentrantCallbackGroup()
@@ -33,10 +45,14 @@ class MotionService:
         node.create_service(  # type: ignore[misc]
             ExecuteAction, self.name, self._execute, callback_group=group
         )
+        node.create_service(MotionStatus, STATUS_SERVICES[actor], self._status)
 
     async def _execute(
         self, request: ExecuteAction.Request, response: ExecuteAction.Response
     ) -> ExecuteAction.Response:
+        # People at a console give none.
+        request.id = request.id or uuid.uuid4().hex
+        response.id = request.id
         report = await self._report(request)
         if report.started:
             self.motions += 1
@@ -50,9 +66,34 @@ class MotionService:
             self._driver.cell.world.check_label(request.world)
         except ValueError as error:
             return StampedResult(MotionOutcome.OTHER_WORLD, str(error))
-        expires = stamp_ns(request.expires)
-        job = self._driver.execute(self._actor, request.object, request.action, expires)
+        # Before BUSY: it may be this very request that is under way.
+        before = self._find(request.id)
+        if before is not None:
+            return StampedResult(MotionOutcome.REPEATED, repeated(before))
+        job = self._driver.execute(
+            MotionRequest(
+                self._actor, request.object, request.action, stamp_ns(request.expires), request.id
+            )
+        )
         if job is None:
             return StampedResult(MotionOutcome.BUSY, BUSY)
         await job_ended(self._node, job)
         return job.result()
+
+    def _status(
+        self, request: MotionStatus.Request, response: MotionStatus.Response
+    ) -> MotionStatus.Response:
+        record = self._find(request.id)
+        if record is None:
+            response.motion.id = request.id
+        else:
+            response.motion = messages.motion_msg(record, self._driver.now)
+        return response
+
+    def _find(self, request_id: str) -> MotionRecord | None:
+        try:
+            record = self._journal.find(request_id)
+        except JournalError as error:
+            self._node.get_logger().error(str(error))
+            return None
+        return record if record is not None and record.actor is self._actor else None

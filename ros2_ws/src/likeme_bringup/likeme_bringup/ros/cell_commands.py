@@ -20,6 +20,7 @@ from likeme_bringup.ros.service_client import (
     client_node,
     next_table_state,
 )
+from likeme_bringup.ros.status_command import status_command
 from likeme_core.cli import Domain
 from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_core.tabletop import Manner
@@ -162,9 +163,12 @@ def show() -> None:
 
 def cell() -> None:
     """Entry point of `cell`."""
-    application(('reset', reset_command), ('hold', hold_command), ('resume', resume_command))(
-        prog_name='cell'
-    )
+    application(
+        ('reset', reset_command),
+        ('hold', hold_command),
+        ('resume', resume_command),
+        ('status', status_command),
+    )(prog_name='cell')
 
 
 if __name__ == '__main__':

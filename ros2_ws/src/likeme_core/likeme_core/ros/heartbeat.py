@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 import uuid
 from collections.abc import Callable
-from importlib.metadata import PackageNotFoundError, version
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from likeme_core.heartbeats import HEARTBEAT_PERIOD, Change, HeartbeatMonitor, NodeState
+from likeme_core.ros.diagnostics import software_version
 from likeme_core.ros.time import steady_clock, time_msg
 from likeme_msgs.msg import Heartbeat
 
@@ -27,6 +27,7 @@ class HeartbeatPublisher:
 
     Attributes:
         run: id of this run of the process.
+        version: of the software.
     """
 
     def __init__(self, node: Node, health: Callable[[], Health] | None = None) -> None:
@@ -34,7 +35,7 @@ class HeartbeatPublisher:
         self._node, self._health = node, health
         self.run = uuid.uuid4().hex
         self._sequence = 0
-        self._version = software_version()
+        self.version = software_version()
         self._publisher = node.create_publisher(Heartbeat, 'heartbeat', HEARTBEAT_QOS)
         node.create_timer(HEARTBEAT_PERIOD, self.publish, clock=steady_clock())
         self.publish()
@@ -45,7 +46,7 @@ class HeartbeatPublisher:
         self._sequence += 1
         beat = Heartbeat(
             node=self._node.get_fully_qualified_name(), run=self.run, sequence=self._sequence,
-            state=int(state), message=message, version=self._version,
+            state=int(state), message=message, version=self.version,
         )  # fmt: skip
         beat.header.stamp = time_msg(time.time_ns())
         self._publisher.publish(beat)
@@ -72,11 +73,3 @@ class HeartbeatSubscriber:
         )
         if change is not None:
             self._on_change(beat.node, change)
-
-
-def software_version() -> str:
-    """The version of the installed software; 'unknown' in a tree that is not installed."""
-    try:
-        return version('likeme_core')
-    except PackageNotFoundError:
-        return 'unknown'

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -34,7 +35,8 @@ def run_node(
             is shut down, so that callbacks that wait for its threads can answer.
         args: ROS arguments; None: those of the process.
         start_errors: exceptions of `create` that mean bad parameters, in addition to
-            ParameterException: one sentence and exit code 1.
+            ParameterException: one sentence and exit code EX_CONFIG (78), which tells a
+            supervisor that the next start would end in the same way.
     """
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -48,7 +50,7 @@ def run_node(
     except errors as error:
         rclpy.try_shutdown()
         print(f'{name} does not start: {error}', file=sys.stderr)  # noqa: T201
-        return 1
+        return os.EX_CONFIG
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:

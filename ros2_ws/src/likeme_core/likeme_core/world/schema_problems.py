@@ -10,6 +10,7 @@ from typing import Any
 
 import jsonschema
 
+from likeme_core.tabletop import Manner
 from likeme_core.world.folder import WORLDS_FOLDER
 from likeme_core.world.located_yaml import LocatedYaml, Problem
 
@@ -37,8 +38,9 @@ def schema_problems(located: LocatedYaml) -> list[Problem]:
 
 @cache
 def schema() -> dict[str, Any]:
-    """The JSON schema of format 1."""
+    """The JSON schema of format 1, with the manners that there are."""
     content: dict[str, Any] = json.loads((WORLDS_FOLDER / 'world.schema.json').read_text())
+    content['$defs']['manner']['enum'] = [manner.name.lower() for manner in Manner]
     return content
 
 

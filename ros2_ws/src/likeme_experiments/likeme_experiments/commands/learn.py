@@ -31,8 +31,8 @@ from likeme_experiments.learning.store_location import default_place, open_store
 from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_inference.experience.campaign import Campaign, Progress
-from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.experience.store_error import StoreError
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 app.command('summary')(summary_command)

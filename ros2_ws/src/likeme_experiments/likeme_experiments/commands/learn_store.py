@@ -17,9 +17,9 @@ from likeme_core.world import World
 from likeme_experiments.learning.store_location import default_place, is_sqlite, open_store
 from likeme_experiments.learning.summary import document, table
 from likeme_inference.experience import trial_file
-from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import robot_model
 from likeme_inference.experience.store import ExperienceStore, Recorded
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.tabletop import model_file
 
 DONE, FAILED = 0, 1

@@ -34,7 +34,7 @@ class ManagedCell:
     ) -> None:
         self._command = [
             sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(domain),
-            '--real-time-factor', str(real_time_factor), '--world', world.source,
+            '--real-time-factor', str(real_time_factor), '--world', world.source, '--no-respawn',
         ]  # fmt: skip
         self._log, self._report = log, report
         self._process: subprocess.Popen[bytes] | None = None

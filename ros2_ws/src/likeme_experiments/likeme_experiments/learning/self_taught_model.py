@@ -17,9 +17,9 @@ from likeme_experiments.learning.store_location import open_store
 from likeme_experiments.learning.trial_cell import TrialFailedError
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_inference.experience.campaign import Campaign, Progress
-from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import model_of_rows, rows_of
 from likeme_inference.experience.store import EndStateCount, ExperienceStore
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.tabletop.robot_model import RobotModel
 
 #: As `learn.sh --offline` does by default.

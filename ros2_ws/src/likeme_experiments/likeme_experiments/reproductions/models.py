@@ -8,9 +8,9 @@ from pathlib import Path
 from likeme_core.world import World
 from likeme_experiments.learning.store_location import is_sqlite
 from likeme_experiments.reproductions.report import ReproductionOptions
-from likeme_inference.experience.database import StoreError
 from likeme_inference.experience.model_from_trials import robot_model
 from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.robot_model import RobotModel
 

@@ -20,6 +20,7 @@ from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 
 from likeme_core.interrupt import deferred_interrupt
+from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_experiments.evaluation.mentor_trials import (
@@ -49,7 +50,7 @@ class GazeNodeError(Exception):
 class MentorNode(Node):
     """Runs trials with a gaze node, one after another.
 
-    Publishes: mentor/head_pose/start, mentor/head_pose, mentor/fixation_distance.
+    Publishes: mentor/head_pose/start, mentor/head_pose, mentor/fixation_distance, heartbeat.
     Subscribes: mentor/goal, head_command, gaze_markers.
     Calls: gaze_node's parameter services.
     """
@@ -75,6 +76,7 @@ class MentorNode(Node):
             self.create_subscription(JointTrajectory, 'head_command', self._on_command, 10),
             self.create_subscription(MarkerArray, 'gaze_markers', self._on_markers, LATCHED),
         )
+        self._heartbeat = HeartbeatPublisher(self)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
 

@@ -20,15 +20,12 @@ from likeme_inference.experience.sqlite_file import (
     is_read_only,
     readable_in_place,
 )
+from likeme_inference.experience.store_error import StoreError
 
 #: The value of the engine's option `begin` for a transaction that will write.
 FOR_WRITING = 'BEGIN IMMEDIATE'
 #: s between two attempts while the database is locked.
 _AGAIN = 0.05
-
-
-class StoreError(Exception):
-    """The store cannot be used; the message states what was expected and received."""
 
 
 def url_of(place: str) -> URL:

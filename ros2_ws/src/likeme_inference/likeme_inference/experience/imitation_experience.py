@@ -83,4 +83,6 @@ class ImitationExperience:
         sources = {key: text for key, text in self._learned.sources.items() if key in used}
         version = f'{self._learned.version}+{added.version}'
         sources |= added.sources
-        return RobotModel(self._learned.name, version, sources, kept + rows, added.domain)
+        return RobotModel(
+            self._learned.name, version, sources, kept + rows, added.domain, self._learned.left_out
+        )

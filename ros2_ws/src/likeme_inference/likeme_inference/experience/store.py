@@ -15,7 +15,6 @@ from likeme_core.tabletop import State
 from likeme_core.world import World, load_world
 from likeme_inference.experience.database import (
     FOR_WRITING,
-    StoreError,
     check_writable,
     is_writable,
     open_engine,
@@ -26,6 +25,7 @@ from likeme_inference.experience.database import (
 from likeme_inference.experience.schema import row_of, trial_of
 from likeme_inference.experience.schema import trials as table
 from likeme_inference.experience.schema import world as world_table
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.experience.trial import Pair, Trial, no_counts
 
 #: Trials per transaction; SQL statements have a limited number of parameters.

@@ -9,7 +9,7 @@ from rclpy.node import Node
 from likeme_core.ros.time import stamp_ns
 from likeme_core.world import World
 from likeme_inference import messages
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.help_requests import (
     AcceptedAnswer,
     AnswerRefusedError,

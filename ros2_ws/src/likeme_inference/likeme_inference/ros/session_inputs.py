@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.world import World
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.input_sequencer import InputSequencer
 from likeme_inference.messages import motion_fields
 from likeme_inference.ros.diagnostics import LOG_PERIOD, SessionDiagnostics

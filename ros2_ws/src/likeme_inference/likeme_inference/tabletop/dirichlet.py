@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy import special
 
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
@@ -70,6 +69,9 @@ def credible_interval(model: TransitionModel, level: float = 0.95) -> CredibleIn
     ours = _proper_pseudo_counts(model)
     rest = ours.sum(axis=-1, keepdims=True) - ours
     tail = (1 - level) / 2
+    # Here, as it takes a node a third of its start, and nodes need no intervals.
+    from scipy import special
+
     # A final state without pseudo-count and trial has probability 0, one with all of them 1.
     sure = (ours > 0).astype(np.float64)
     open_ = (ours > 0) & (rest > 0)

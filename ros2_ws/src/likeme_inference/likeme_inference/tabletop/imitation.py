@@ -11,7 +11,7 @@ from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Mode
 from likeme_core.world import World, load_world
 from likeme_inference.tabletop import sentences
-from likeme_inference.tabletop.action_selection import choose
+from likeme_inference.tabletop.action_selection import Kind, choose
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
@@ -71,12 +71,33 @@ class ImitationSettings:
         if not 0 <= self.concentration < math.inf:
             raise ValueError(f'Expected 0 pseudo-counts or more, got {self.concentration:g}.')
 
+    @property
+    def has_prior(self) -> bool:
+        """Whether rows without trials are estimated by a prior."""
+        return self.shared_prior or self.concentration > 0
+
+
+def can_infer(model: RobotModel, settings: ImitationSettings, name: str) -> bool:
+    """Whether the model says anything of an object: by its trials, or by a prior alone."""
+    return name in model.objects or (settings.has_prior and name in settings.world.objects)
+
+
+def model_gaps(model: RobotModel, settings: ImitationSettings) -> list[str]:
+    """Sentences on objects that either the model or the world lacks."""
+    untried = [name for name in settings.world.objects if name not in model.objects]
+    gaps = []
+    if untried:
+        gaps.append(sentences.untried(untried, model.label, settings.has_prior))
+    if model.left_out:
+        gaps.append(sentences.left_out(model.left_out, model.label, settings.world.name))
+    return gaps
+
 
 def believe(model: RobotModel, settings: ImitationSettings, demo: Demonstration) -> GoalBelief:
     """Infer the goal of a demonstration by the robot's own model ("like me").
 
     Raises:
-        ValueError: an object without trials.
+        ValueError: an object without trials, and no prior.
     """
     soft = settings.soft_evidence
     x_i, x_f = (
@@ -115,7 +136,7 @@ def decide(
     actions_spent: by earlier decisions on the same demonstration (sequential mode).
 
     Raises:
-        ValueError: an object without trials.
+        ValueError: an object without trials, and no prior.
     """
     belief = believe(model, settings, demo)
     x_i, goal, mode, tau = view.states[demo.object], belief.goal, settings.mode, settings.threshold
@@ -140,6 +161,40 @@ def decide(
         policy=settings.policy,
         model=model.label,
         sentence=sentences.decision(world, choice, demo.object, x_i, goal, mode, tau),
+    )
+
+
+def no_trials(
+    model: RobotModel, settings: ImitationSettings, demo: Demonstration, number: int
+) -> Decision:
+    """Decide on the demonstration of an object of which `can_infer` is false: no action.
+
+    Its goal is the state that was shown, its goal posterior the prior.
+    """
+    none = (0.0,) * len(settings.world.actions)
+    return Decision(
+        stamp=demo.stamp,
+        frame=demo.frame,
+        id=number,
+        demonstration=demo.stamp,
+        mode=settings.mode,
+        object=demo.object,
+        x_i=demo.x_f,
+        goal=demo.x_f,
+        goal_posterior=settings.goal_prior,
+        kind=Kind.NO_ACTION,
+        action=None,
+        action_probability=none,
+        success_probability=none,
+        predicted=(),
+        predicted_success=math.nan,
+        actions_left=0,
+        plan_success=none,
+        plan_value=0.0,
+        threshold=settings.threshold,
+        policy=settings.policy,
+        model=model.label,
+        sentence=sentences.no_trials(demo, model.label),
     )
 
 

@@ -39,7 +39,8 @@ def shipped(world: World | None = None) -> RobotModel:
     """Read the model shipped for a world; None: the 540 trials of the paper's own robot.
 
     Raises:
-        ModelFileError: none is shipped for the world, or one for other regions or actions.
+        ModelFileError: none is shipped for the world, or one for other regions, actions or
+            objects.
     """
     name = DEFAULT_WORLD if world is None else world.name
     file = resources.files('likeme_inference').joinpath('data', f'{name}_robot.csv')
@@ -49,14 +50,15 @@ def shipped(world: World | None = None) -> RobotModel:
             f'Learn one: learn.sh --offline --world {world.source if world else name}.'
         )
     model = parse(file.read_text(encoding='utf-8'))
-    if world is not None:
-        _check_domain(model, world, file.name)
-        if world.regions != load_world(name).regions:
-            raise ModelFileError(
-                f'Expected the regions of the shipped world {name} for its model, got others: '
-                f'learn a model by learn.sh --offline --world {world.source}.'
-            )
-    return model
+    if world is None:
+        return model
+    _check_domain(model, world, file.name)
+    if world.regions != load_world(name).regions:
+        raise ModelFileError(
+            f'Expected the regions of the shipped world {name} for its model, got others: '
+            f'learn a model by learn.sh --offline --world {world.source}.'
+        )
+    return _of_its_objects(model, world, file.name)
 
 
 def load(path: str | Path) -> RobotModel:
@@ -79,16 +81,26 @@ def load(path: str | Path) -> RobotModel:
 
 
 def load_tabletop(path: str | Path, world: World) -> RobotModel:
-    """Read a model of a world.
+    """Read a model of a world; rows of objects that the world lacks are left out.
 
     Raises:
-        ModelFileError: as `load`; or other states or actions than the world's; or no object.
+        ModelFileError: as `load`; or other states or actions than the world's; or none of its
+            objects.
     """
     model = load(path)
     _check_domain(model, world, path)
-    if not model.objects:
-        raise ModelFileError(f'{path}: expected rows of at least one object, got none.')
-    return model
+    return _of_its_objects(model, world, path)
+
+
+def _of_its_objects(model: RobotModel, world: World, place: str | Path) -> RobotModel:
+    """Leave out objects that the world lacks, and refuse a model of those alone."""
+    kept = model.only(world.objects)
+    if not kept.objects:
+        raise ModelFileError(
+            f'{place}: expected rows of at least one object of the world {world.name} '
+            f'({", ".join(world.objects)}), got {", ".join(model.objects) or "none"}.'
+        )
+    return kept
 
 
 def _check_domain(model: RobotModel, world: World, place: str | Path) -> None:
@@ -98,7 +110,7 @@ def _check_domain(model: RobotModel, world: World, place: str | Path) -> None:
         raise ModelFileError(
             f'{place}: expected a model of the world {world.name}, with the states '
             f'{", ".join(ours.states)} and the actions '
-            f'{", ".join(ours.actions)}, got {", ".join(theirs.states)} and '
+            f'{", ".join(ours.actions)}, got {model.label} with {", ".join(theirs.states)} and '
             f'{", ".join(theirs.actions)}.'
         )
     if theirs != ours:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -47,6 +47,7 @@ class RobotModel:
         sources: key -> description of where the trials were made.
         rows: at most one per object, x_i, action and source; counts of sources are added.
         domain: of the rows' states and actions.
+        left_out: objects whose rows `only` left out.
     """
 
     name: str
@@ -54,6 +55,7 @@ class RobotModel:
     sources: Mapping[str, str]
     rows: tuple[TrialCounts, ...]
     domain: Domain = TABLETOP
+    left_out: tuple[str, ...] = ()
     _goal_models: dict[Hashable, GoalModel] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -83,12 +85,21 @@ class RobotModel:
 
     def __reduce__(self) -> tuple[type[RobotModel], tuple[object, ...]]:
         """Pickle by the arguments, as mapping proxies cannot be pickled."""
-        return RobotModel, (self.name, self.version, dict(self.sources), self.rows, self.domain)
+        fields = self.name, self.version, dict(self.sources), self.rows, self.domain, self.left_out
+        return RobotModel, fields
 
     @property
     def label(self) -> str:
         """Name and version, as used in messages and figures."""
         return f'{self.name} {self.version}'
+
+    def only(self, names: Collection[str]) -> RobotModel:
+        """The same model with the rows of these objects alone."""
+        left_out = tuple(name for name in self.objects if name not in names)
+        if not left_out:
+            return self
+        rows = tuple(row for row in self.rows if row.object in names)
+        return RobotModel(self.name, self.version, self.sources, rows, self.domain, left_out)
 
     @cached_property
     def objects(self) -> Mapping[str, TransitionModel]:
@@ -112,7 +123,7 @@ class RobotModel:
     def counted(
         self, name: str, concentration: float = 0.0, shared: bool = False
     ) -> TransitionModel:
-        """The transition model of one object with a prior.
+        """The transition model of one object with a prior; of an untried one, the prior's mean.
 
         Args:
             name: of the object.
@@ -120,18 +131,23 @@ class RobotModel:
             shared: use the prior fitted to the trials of all objects instead.
 
         Raises:
-            ValueError: an object without trials; a shared prior of actions that aim at no state.
+            ValueError: an object without trials and no prior; a shared prior of actions that aim
+                at no state.
         """
-        counts = self.model_of(name).counts
-        return TransitionModel(counts, self._shared_prior[name] if shared else concentration)
+        untried = name not in self.objects and (shared or concentration > 0)
+        counts = np.zeros(self.domain.shape, int) if untried else self.model_of(name).counts
+        prior = self._shared_prior[None if untried else name] if shared else concentration
+        return TransitionModel(counts, prior)
 
     @cached_property
-    def _shared_prior(self) -> Mapping[str, FloatArray]:
-        """Object -> the pseudo-counts of shared_prior.py, shape [x_i, a, x_f]."""
+    def _shared_prior(self) -> Mapping[str | None, FloatArray]:
+        """Object -> the pseudo-counts of shared_prior.py, shape [x_i, a, x_f]; None: untried."""
         aims = self.domain.state_aims
         counts = np.array([known.counts for known in self.objects.values()], dtype=np.float64)
-        prior = shared_prior(counts, fit_weights(counts, aims, rounds=3), aims)
-        return dict(zip(self.objects, prior, strict=True))
+        weights = fit_weights(counts, aims, rounds=3)
+        with_untried = np.concatenate([counts, np.zeros((1, *self.domain.shape))])
+        prior = shared_prior(with_untried, weights, aims)
+        return dict(zip([*self.objects, None], prior, strict=True))
 
     def goal_model(
         self,

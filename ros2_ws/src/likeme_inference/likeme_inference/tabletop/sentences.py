@@ -14,6 +14,8 @@ from likeme_core.world import World
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks
 from likeme_inference.tabletop.values import Decision, Result
 
+NOT_IMITATED = 'not imitated, as no prior is set (concentration or shared_prior)'
+
 
 def belief(world: World, demo: Demonstration, posterior: Sequence[float], goal: State) -> str:
     """Describe a demonstration and the inferred goal."""
@@ -51,6 +53,25 @@ def decision(
     if mode is Mode.TRAJECTORY:
         return f'{here}: I copy what I saw, {best}, which {works}.'
     return f'{here}: my best action is {best}, which {works}.'
+
+
+def no_trials(demo: Demonstration, model: str) -> str:
+    """Say that nothing follows from the demonstration of an object without trials."""
+    return (
+        f'I saw the {demo.object} being {demo.manner.handling.past} from {demo.x_i.name} to '
+        f'{demo.x_f.name}, but {model} has no trials of it: {NOT_IMITATED}.'
+    )
+
+
+def untried(names: Sequence[str], model: str, has_prior: bool) -> str:
+    """Say of which objects a model has no trials, and what that means."""
+    what = 'inferred by the prior alone' if has_prior else NOT_IMITATED
+    return f'{model} has no trials of {", ".join(names)}: {what}.'
+
+
+def left_out(names: Sequence[str], model: str, world: str) -> str:
+    """Say which objects of a model a world lacks."""
+    return f'{model} has trials of {", ".join(names)}, which the world {world} lacks: not used.'
 
 
 def _planned(here: str, best: str, works: str, choice: Choice, threshold: float) -> str:

@@ -27,7 +27,13 @@ from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.tabletop import Mode, State
 from likeme_inference.tabletop import sentences
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import ImitationSettings, believe, decide
+from likeme_inference.tabletop.imitation import (
+    ImitationSettings,
+    believe,
+    can_infer,
+    decide,
+    no_trials,
+)
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session_state import Phase, SessionState
 from likeme_inference.tabletop.values import (
@@ -81,11 +87,10 @@ class ImitationSession:
         """Stamp of the latest table state, ns."""
         return self.state.last_view
 
-    def observe_demonstration(self, demo: Demonstration) -> GoalBelief | Remark:
+    def observe_demonstration(self, demo: Demonstration) -> GoalBelief | Decision | Remark:
         """Process a demonstration: a new goal, or part of the current decision.
 
-        Raises:
-            ValueError: an object without trials.
+        An object without trials leads to a decision for no action, unless a prior is set.
         """
         if self.state.phase in (Phase.ACTING, Phase.ASKING, Phase.CONFIRMING):
             return self._ignore(demo)
@@ -96,6 +101,9 @@ class ImitationSession:
         if self.state.phase is Phase.TURN and self._is_put_back(demo):
             self.state.put_back, self.state.turn_from = True, demo.stamp
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: my turn.')
+        if not can_infer(self.model, self.settings, demo.object):
+            number = self._decisions + 1
+            return self._begin(no_trials(self.model, self.settings, demo, number), Phase.IDLE)
         belief = believe(self.model, self.settings, demo)
         here = self.state
         here.phase, here.demonstration, here.turn_from = Phase.TURN, demo, demo.stamp
@@ -183,7 +191,7 @@ class ImitationSession:
             return Remark(
                 f'Nobody put {demo.object} back within {settings.turn_timeout:g} s: I let it be.'
             )
-        if demo.object not in self.model.objects:
+        if not can_infer(self.model, settings, demo.object):
             # The model was replaced since the demonstration.
             here.phase = Phase.IDLE
             return Remark(

@@ -13,7 +13,6 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import gammaln
 
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.dirichlet import aimed_prior
@@ -90,6 +89,9 @@ def _moved(
 
 
 def _log_posterior(counts: FloatArray, weights: PriorWeights, aims: tuple[int, ...]) -> FloatArray:
+    # Here, as few who import this module fit a prior.
+    from scipy.special import gammaln
+
     alpha = shared_prior(counts, weights, aims)
     total, trials = alpha.sum(axis=-1), counts.sum(axis=-1)
     rows = (gammaln(alpha + counts) - gammaln(alpha)).sum(axis=-1)

@@ -11,14 +11,17 @@ priors. Goals are states; the prior of actions is uniform.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.checks import number, sums_to_one, table
 from likeme_inference.tabletop.goal_inference import normalised
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,9 @@ class SparseGoalModel:
         known = total > 0
         scale = np.divide(1.0, total, out=np.zeros_like(total), where=known)
         background = np.where(known, prior * scale, 1.0 / states)
+        # Here, as this module is imported with all of `tabletop`.
+        from scipy import sparse
+
         trial = sparse.csr_array(counts, dtype=np.float64, copy=True)
         trial.data *= np.repeat(scale, np.diff(trial.indptr))
         return cls(trial, background, actions)

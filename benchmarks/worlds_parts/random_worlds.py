@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-LOOKS = {
+LOOKS: dict[str, Any] = {
     'colour': [{'weight': 1.0, 'mean': [60.0, -20.0, 50.0], 'deviation': [3.0, 3.0, 3.0]}],
     'length': 0.07,
     'width': 0.05,

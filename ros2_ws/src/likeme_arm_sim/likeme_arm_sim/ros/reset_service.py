@@ -1,10 +1,9 @@
-"""The services `cell/hold`, `cell/resume` and `cell/reset`."""
+"""The service `cell/reset`."""
 
 from __future__ import annotations
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
-from std_srvs.srv import Trigger
 
 from likeme_arm_sim.messages import reset_outcome
 from likeme_arm_sim.ros.job_future import job_ended
@@ -13,23 +12,6 @@ from likeme_core.outcomes import ResetOutcome
 from likeme_msgs.srv import ResetCell
 
 BUSY = 'A motion is in progress: hold it before the cell is reset.'
-
-
-class HoldServices:
-    """Stop all simulated motion, and allow it again."""
-
-    def __init__(self, node: Node, driver: SimulationDriver) -> None:
-        self._driver = driver
-        node.create_service(Trigger, 'cell/hold', self._hold)
-        node.create_service(Trigger, 'cell/resume', self._resume)
-
-    def _hold(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = True, self._driver.hold()
-        return response
-
-    def _resume(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        response.success, response.message = True, self._driver.resume()
-        return response
 
 
 class ResetService:

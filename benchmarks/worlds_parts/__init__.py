@@ -1,0 +1,1 @@
+"""What `bench.sh worlds` runs in each world, and the random worlds themselves."""

@@ -1,0 +1,155 @@
+"""The hold keeper: holds all motion of a cell until a person resumes it, across restarts."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from likeme_arm.hold_latch import HISTORY, HoldChange, HoldLatch
+from likeme_core.heartbeats import NodeState
+from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.heartbeat import HeartbeatPublisher
+from likeme_core.ros.other_servers import other_servers
+from likeme_core.ros.qos import LATCHED
+from likeme_core.ros.spin import run_node
+from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.state_folder import state_folder
+from likeme_msgs.msg import HoldState
+
+#: s between two messages of the state, also while nothing changes.
+STATE_PERIOD = 0.05
+RESUMED = (
+    'Motion is allowed again. Arm and hand leave the table if they are over it; a motion that was '
+    'stopped is not continued.'
+)
+
+
+class HoldKeeperNode(Node):
+    """Keeps the hold of one cell on disk and tells everything that moves.
+
+    Publishes:
+        cell/hold_state (HoldState, reliable, transient local, depth 1): 20 Hz by the steady clock,
+            and at once on every change
+        cell/holds (HoldState, reliable, transient local, depth 16): each hold and resume
+        heartbeat (Heartbeat), /diagnostics (DiagnosticArray, 1 Hz, WARN while held)
+    Subscribes:
+        cell/stop (String: who): hold; heard by the motor drivers as well, without the way over
+            this node
+    Serves:
+        cell/hold, cell/resume (Trigger)
+
+    The file is `hold` in the state folder of the cell, see likeme_core.state_folder. A hold that
+    cannot be written counts, and the message says that it would not outlive this process; a
+    resume that cannot be written is refused.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('hold_keeper')
+        conflicts = other_servers(self, ['cell/hold'])
+        if conflicts:
+            raise ValueError(conflicts[0])
+        self._latch = HoldLatch(self._path())
+        self._state_pub = self.create_publisher(HoldState, 'cell/hold_state', LATCHED)
+        each = QoSProfile(depth=HISTORY, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._changes_pub = self.create_publisher(HoldState, 'cell/holds', each)
+        self._heartbeat = HeartbeatPublisher(self, self._health)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self.create_subscription(String, 'cell/stop', self._on_stop, 10)
+        self.create_service(Trigger, 'cell/hold', self._on_hold)
+        self.create_service(Trigger, 'cell/resume', self._on_resume)
+        for change in self._latch.history:
+            self._changes_pub.publish(self._message(change))
+        self._publish_state()
+        self.create_timer(STATE_PERIOD, self._publish_state, clock=steady_clock())
+        self.create_timer(1.0, self._diagnose, clock=steady_clock())
+        self.get_logger().info(self._describe())
+
+    def _path(self) -> Path:
+        return state_folder(self.context.get_domain_id(), self.get_namespace()) / 'hold'
+
+    def _on_stop(self, message: String) -> None:
+        self._hold(message.data or 'cell/stop', 'stopped')
+
+    def _on_hold(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        before = self._latch.state
+        self._hold('cell/hold', 'held')
+        response.success = True
+        response.message = 'The cell was held already.' if before.held else 'The cell is held.'
+        if self._latch.problem:
+            response.message += f' This hold is not on disk: {self._latch.problem}.'
+        return response
+
+    def _on_resume(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        before = self._latch.state
+        try:
+            # Also when nothing is held: a driver stopped while no keeper ran waits for it.
+            change = self._latch.resume('cell/resume', 'resumed')
+        except OSError as error:
+            response.success = False
+            response.message = f'The cell stays held: the resume cannot be written: {error}.'
+            return response
+        self._tell(change)
+        response.success = True
+        response.message = RESUMED if before.held else 'Nothing was held.'
+        return response
+
+    def _hold(self, by: str, reason: str) -> None:
+        self._tell(self._latch.hold(by, reason))
+
+    def _tell(self, change: HoldChange) -> None:
+        self._publish_state()
+        self._changes_pub.publish(self._message(change))
+        verb = 'Held' if change.held else 'Resumed'
+        self.get_logger().info(f'{verb} by {change.by}.')
+
+    def _publish_state(self) -> None:
+        self._state_pub.publish(self._message(self._latch.state))
+
+    def _message(self, change: HoldChange) -> HoldState:
+        message = HoldState(
+            run=self._heartbeat.run, held=change.held, change=change.change, by=change.by,
+            reason=change.reason,
+        )  # fmt: skip
+        message.header.stamp = time_msg(time.time_ns())
+        return message
+
+    def _describe(self) -> str:
+        state = self._latch.state
+        if not state.held:
+            return 'Motion is allowed.'
+        since = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(state.change / 1e9))
+        return (
+            f'The cell is held since {since} by {state.by} ({state.reason}): '
+            'cell/resume allows motion.'
+        )
+
+    def _health(self) -> tuple[NodeState, str]:
+        problem = self._latch.problem
+        if problem:
+            return NodeState.DEGRADED, f'The last hold is not on disk: {problem}.'
+        return NodeState.READY, ''
+
+    def _diagnose(self) -> None:
+        state = self._latch.state
+        level = DiagnosticStatus.WARN if state.held else DiagnosticStatus.OK
+        values = {'held': state.held, 'change': state.change, 'by': state.by}
+        stamp = time_msg(time.time_ns())
+        self._diagnostics.publish(
+            diagnostics_msg('hold_keeper', level, self._describe(), values, stamp)
+        )
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('hold_keeper', HoldKeeperNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

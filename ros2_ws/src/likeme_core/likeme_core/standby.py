@@ -1,0 +1,62 @@
+"""A process that has imported a node's module and waits to become that node.
+
+`python -m likeme_core.standby MODULE [ARGUMENT...]` imports the module and waits for a line on
+stdin. Then it does what `python -m MODULE ARGUMENT...` does, without the time of the imports; at
+end of file it ends. Its name in the process list is `importing`, then `standby` until it is told.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+#: What makes it the node.
+GO = b'\n'
+IMPORTING, WAITING = 'importing', 'standby'
+
+
+def main(module: str, *arguments: str) -> int:
+    """Import a module, wait, and run its `main`; the exit code."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    set_process_name(IMPORTING)
+    with discarded_output():
+        node = importlib.import_module(module)
+    set_process_name(WAITING)
+    if not os.read(sys.stdin.fileno(), len(GO)):
+        return 0
+    set_process_name('python')
+    with open(os.devnull, 'rb') as nothing:
+        os.dup2(nothing.fileno(), sys.stdin.fileno())
+    sys.argv = [str(node.__file__), *arguments]
+    return int(node.main())
+
+
+@contextmanager
+def discarded_output() -> Iterator[None]:
+    """Discard what libraries print to stdout, from C too; errors go to stderr."""
+    kept = os.dup(1)
+    with open(os.devnull, 'wb') as nothing:
+        os.dup2(nothing.fileno(), 1)
+    try:
+        yield
+    finally:
+        sys.stdout.flush()
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def set_process_name(name: str) -> None:
+    """Name this process for `ps` and `top`."""
+    Path('/proc/self/comm').write_text(name, encoding='ascii')
+
+
+if __name__ == '__main__':
+    try:
+        sys.exit(main(*sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(0)

@@ -1,0 +1,1 @@
+"""Safety and liveness policies of the cell, checked on its topics alone."""

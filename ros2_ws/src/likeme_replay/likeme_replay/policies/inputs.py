@@ -1,0 +1,92 @@
+"""Policies of the inputs that the session acknowledges on `heard`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from likeme_replay.policies.policy import Bounds, Deadlines, Found, Policy
+from likeme_replay.policies.seen import HEARD_DEMONSTRATION, HEARD_TABLE, Seen, stamp_of
+
+
+class InputsCountUp(Policy):
+    """The session numbers its inputs one by one; a new session begins with 1."""
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._last: int | None = None
+
+    def on_heard(self, message: Any, _: float) -> Found:
+        last, self._last = self._last, int(message.number)
+        if last is not None and message.number not in (last + 1, 1):
+            yield f'Expected input {last + 1}, got {message.number}.'
+
+
+class EventsNeverFall(Policy):
+    """The number of events that a session has come to never falls."""
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._last: Any = None
+
+    def on_heard(self, message: Any, _: float) -> Found:
+        last, self._last = self._last, message
+        if last is not None and message.number > last.number and message.events < last.events:
+            yield f'Expected {last.events} events or more, got {message.events}.'
+
+
+class RefusedInputsChangeNothing(Policy):
+    """An input that was refused leads to no event."""
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._last: Any = None
+
+    def on_heard(self, message: Any, _: float) -> Found:
+        last, self._last = self._last, message
+        if last is None or not message.refused or message.number != last.number + 1:
+            return
+        if message.events != last.events:
+            yield f'Expected {last.events} events after a refusal, got {message.events}.'
+
+
+class InputsWerePublished(Policy):
+    """A table state or demonstration that the session took has been published."""
+
+    def on_heard(self, message: Any, _: float) -> Found:
+        stamp, first = stamp_of(message), self.seen.first_stamp
+        if message.refused or first is None or stamp < first:
+            return
+        if message.kind == HEARD_TABLE and stamp not in self.seen.tables:
+            yield f'Expected a table state of {stamp} ns before it is taken, got none.'
+        shown = {each for each, _ in self.seen.demonstrations}
+        if message.kind == HEARD_DEMONSTRATION and stamp not in shown:
+            yield f'Expected a demonstration of {stamp} ns before it is taken, got none.'
+
+
+class DemonstrationsAreHeard(Policy):
+    """A session that takes in table states takes in every demonstration within a bound."""
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._waiting = Deadlines()
+        self._heard = float('-inf')
+
+    def on_demonstration(self, message: Any, now: float) -> Found:
+        if now - self._heard <= self.bounds.told:
+            sentence = f'Expected the session to take a demonstration of {message.object}.'
+            self._waiting.expect(stamp_of(message), now + self.bounds.taken, sentence)
+        yield from ()
+
+    def on_heard(self, message: Any, now: float) -> Found:
+        if message.number == 1:
+            # A new session: what came while there was none is lost.
+            self._waiting.clear()
+        if message.kind == HEARD_DEMONSTRATION:
+            self._waiting.meet(stamp_of(message))
+        self._heard = now
+        yield from ()
+
+    def tick(self, now: float) -> Found:
+        for sentence in self._waiting.overdue(now):
+            if now - self._heard <= self.bounds.told:
+                yield sentence

@@ -1,0 +1,132 @@
+"""Checks the policies of the cell while it runs."""
+
+from __future__ import annotations
+
+import sys
+import time
+from heapq import heappop, heappush
+from itertools import count
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.spin import run_node
+from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.stamps import SECOND
+from likeme_msgs.srv import AskHuman
+from likeme_replay.policies.monitor import PolicyMonitor
+from likeme_replay.policies.policy import QUESTIONS, TOPICS
+from likeme_replay.ros.player_node import message_class
+
+#: Topics whose publishers keep messages for late subscribers.
+LATCHED = (
+    'world', 'goal_belief', 'decision', 'outcome', 'motion', 'cell/hold_state', 'cell/holds'
+)  # fmt: skip
+BEST_EFFORT = ('heartbeat',)
+QUEUE_DEPTH = 200
+#: s for which messages are held back to put those of all topics into the order of their sending.
+REORDERING = 0.5
+CHECK_PERIOD = 0.05
+POLL_PERIOD = 0.5
+
+
+class PolicyMonitorNode(Node):
+    """Checks every policy on the topics of a running cell, and changes nothing.
+
+    Subscribes: the topics of policies.policy.TOPICS.
+    Publishes:
+        /diagnostics (DiagnosticArray, 1 Hz): ERROR after the first violation, with their counts
+    Client:
+        ask_human (AskHuman): LIST, twice a second while it is there
+
+    Each violation is an error in the log, half a second after the message that shows it. Messages
+    from before the start, such as latched ones, are remembered but not judged.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('policy_monitor')
+        self._monitor = PolicyMonitor()
+        self._started = time.time_ns()
+        self._numbers = count()
+        self._waiting: list[tuple[int, int, str, Any]] = []
+        for topic, kind in TOPICS.items():
+            self._subscribe(topic, message_class(kind))
+        self._asking = self.create_client(AskHuman, 'ask_human')
+        self._asked: Any = None
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        for period, callback in (
+            (CHECK_PERIOD, self._check), (POLL_PERIOD, self._poll), (1.0, self._diagnose)
+        ):  # fmt: skip
+            self.create_timer(period, callback, clock=steady_clock())
+        self.get_logger().info('Watching the policies of the cell.')
+
+    def _subscribe(self, topic: str, kind: Any) -> None:
+        def receive(message: Any, info: dict[str, Any]) -> None:
+            # rclpy inspects the signature: with two parameters it passes the times.
+            self._add(int(info.get('source_timestamp') or 0) or time.time_ns(), topic, message)
+
+        name = f'/{topic}' if topic == 'parameter_events' else topic
+        # Annotated for callbacks with one parameter.
+        self.create_subscription(kind, name, receive, _qos(topic))  # type: ignore[arg-type]
+
+    def _add(self, sent: int, topic: str, message: Any) -> None:
+        heappush(self._waiting, (sent, next(self._numbers), topic, message))
+
+    def _check(self) -> None:
+        due = time.time_ns() - round(REORDERING * SECOND)
+        while self._waiting and self._waiting[0][0] <= due:
+            sent, _, topic, message = heappop(self._waiting)
+            if sent < self._started:
+                self._monitor.remember(topic, message, sent / SECOND)
+                continue
+            self._report(self._monitor.hear(topic, message, sent / SECOND))
+        self._report(self._monitor.tick(due / SECOND))
+
+    def _report(self, violations: Any) -> None:
+        for violation in violations:
+            self.get_logger().error(f'{violation.policy}: {violation.sentence}')
+
+    def _poll(self) -> None:
+        if self._asked is not None and not self._asked.done():
+            # The node that was asked is gone: ask the next one.
+            self._asking.remove_pending_request(self._asked)
+        self._asked = None
+        if self._asking.service_is_ready():
+            self._asked = self._asking.call_async(AskHuman.Request(command=AskHuman.Request.LIST))
+            self._asked.add_done_callback(self._on_questions)
+
+    def _on_questions(self, future: Any) -> None:
+        self._add(time.time_ns(), QUESTIONS, future.result())
+
+    def _diagnose(self) -> None:
+        counts = self._monitor.counts
+        broken = sum(counts.values())
+        message = f'{broken} violations.' if broken else 'No policy is broken.'
+        if broken:
+            last = self._monitor.violations[-1]
+            message += f' The last: {last.policy}: {last.sentence}'
+        level = DiagnosticStatus.ERROR if broken else DiagnosticStatus.OK
+        values = {'messages': self._monitor.messages, **counts}
+        stamp = time_msg(time.time_ns())
+        self._diagnostics.publish(diagnostics_msg('policy_monitor', level, message, values, stamp))
+
+
+def _qos(topic: str) -> QoSProfile:
+    latched, best_effort = DurabilityPolicy.TRANSIENT_LOCAL, ReliabilityPolicy.BEST_EFFORT
+    return QoSProfile(
+        depth=QUEUE_DEPTH,
+        durability=latched if topic in LATCHED else DurabilityPolicy.VOLATILE,
+        reliability=best_effort if topic in BEST_EFFORT else ReliabilityPolicy.RELIABLE,
+    )
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('policy_monitor', PolicyMonitorNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
