@@ -278,12 +278,16 @@ def test_a_question_is_answered_once_by_service_or_script(cell: LiveCell) -> Non
     early = cell.ask(command=Ask.ANSWER, request_id=1, answer=Ask.SKIP, answered_by='Ada')
     (empty,) = operators(cell, ('list',))
     number = be_asked(cell)
-    good = {'command': Ask.ANSWER, 'request_id': number, 'answer': Ask.SKIP, 'answered_by': 'Ada'}
     listed = cell.ask(command=Ask.LIST)
+    good = {
+        'command': Ask.ANSWER, 'request_id': number, 'answer': Ask.SKIP, 'answered_by': 'Ada',
+        'object': 'pear', 'action': 'push_left', 'stamp': listed.pending[0].header.stamp,
+    }  # fmt: skip
     refused = [
         cell.ask(**good | wrong)
         for wrong in (
-            {'request_id': number + 7}, {'answer': 9}, {'answered_by': '  '}, {'command': 5},
+            {'request_id': number + 7}, {'answer': 9}, {'answered_by': '  '},
+            {'object': 'chicken'}, {'action': ''}, {'stamp': time_msg(1)}, {'command': 5},
         )
     ]  # fmt: skip
     told, unknown, nonsense, nobody, gone = operators(
@@ -307,15 +311,21 @@ def test_a_question_is_answered_once_by_service_or_script(cell: LiveCell) -> Non
     assert 'pear' in listed.pending[0].question
     assert not any(answer.success for answer in refused)
     assert [request.id for request in refused[-1].pending] == [number]
-    for answer, words in zip(refused, ('pending requests', 'got 9', 'name', 'got 5'), strict=True):
+    why = (
+        'pending requests', 'got 9', 'name', 'got one to chicken, push_left',
+        'got one to pear, no action', 'of 0.000 s', 'got 5',
+    )  # fmt: skip
+    for answer, words in zip(refused, why, strict=True):
         assert words in answer.message
     assert f'Request {number}: ' in told[1]
     assert (told[0], told[2]) == (0, '')
     assert [code for code, *_ in (unknown, nonsense, nobody, gone, again)] == [1, 2, 1, 1, 1]
     assert [said.count('\n') for _, _, said in (unknown, nobody, again)] == [1, 1, 1]
-    assert 'Expected one of done, try, skip' in gone[1]
+    assert 'typed before this question is not taken as its answer' in gone[1]
     assert f'request {number} stays unanswered' in gone[1] + gone[2]
-    assert answered[1] == f'Request {number} answered by Ada: SKIP.\n'
+    assert answered[1] == (
+        f'Request {number}, pear: skipped, push_left is not tried (answered by Ada).\n'
+    )
     assert (second.success, late.success) == (False, False)
     assert 'answered already: SKIP by Ada' in second.message
     assert 'Nothing is pending' in late.message
@@ -335,13 +345,15 @@ def test_the_operator_at_the_keyboard(cell: LiveCell) -> None:
     assert console.stdout is not None
     try:
         number = be_asked(cell)
-        console.stdin.write('3\n')
-        console.stdin.flush()
         said = ''
-        while f'Request {number} answered by Ada: SKIP.' not in said:
-            line = console.stdout.readline()
-            assert line, said
-            said += line
+        for typed, end in (('3\n', '> '), ('', '(answered by Ada).\n')):
+            while not said.endswith(end):
+                character = console.stdout.read(1)
+                assert character, said
+                said += character
+            console.stdin.write(typed)
+            console.stdin.flush()
+        assert f'Request {number}, pear: skipped' in said
         console.send_signal(signal.SIGINT)
         said += console.communicate(timeout=60)[0]
     finally:

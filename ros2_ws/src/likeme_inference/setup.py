@@ -29,6 +29,7 @@ setup(
         'console_scripts': [
             'ask_human = likeme_inference.ask_human_node:main',
             'inference_node = likeme_inference.inference_node:main',
+            'log = likeme_inference.log_commands:main',
         ],
     },
 )

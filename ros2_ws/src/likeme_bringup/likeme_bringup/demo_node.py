@@ -181,7 +181,13 @@ class DemoNode(Node):
                 choice.object, self._world.action_to(self._world.state(choice.goal))
             )
         given = AskHuman.Request(
-            command=AskHuman.Request.ANSWER, request_id=choice.id, answer=answer, answered_by=name
+            command=AskHuman.Request.ANSWER,
+            request_id=choice.id,
+            answer=answer,
+            answered_by=name,
+            object=choice.object,
+            action=self._world.actions[choice.action].name,
+            stamp=choice.header.stamp,
         )
         reply = self._call(self._ask, given)
         if not reply.success:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import os
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from likeme_core.cli import Domain
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_inference.console_replies import MENU, WORDS, read_reply
+from likeme_inference.keyboard import Keyboard
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, HelpRequest
 from likeme_msgs.srv import AskHuman
@@ -92,14 +94,18 @@ class AskHumanClient(Node):
         """The names of states and actions; their numbers if nobody publishes them."""
         return self._world.wait(WORLD_TIMEOUT)
 
-    def answer(self, request_id: int, reply: Reply, by: str) -> Any:
-        """Answer a request; returns the service's response."""
+    def answer(self, request: HelpRequest, reply: Reply, by: str) -> Any:
+        """Answer a request as it was read; returns the service's response."""
+        action = self.names().action(request.action) if request.object else ''
         return self._call(
             AskHuman.Request(
                 command=AskHuman.Request.ANSWER,
-                request_id=request_id,
+                request_id=request.id,
                 answer=reply,
                 answered_by=by,
+                object=request.object,
+                action=action,
+                stamp=request.header.stamp,
             )
         )
 
@@ -169,16 +175,30 @@ def answer(
     request_id: Annotated[int, typer.Argument(metavar='ID', min=0, help='Number of the request.')],
     reply: Annotated[str, typer.Argument(metavar='|'.join(WORDS), help='The answer.')],
     by: Name,
+    about: Annotated[
+        str,
+        typer.Option('--object', help='Object of the request; another one is not answered.'),
+    ] = '',
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
-    """Answer a request. Exit code 1: refused, 3: no service."""
+    """Answer a request as `list` shows it now. Exit code 1: refused, 3: no service."""
     try:
         choice = read_reply(reply)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     with ask_human_client(network, domain) as node:
-        response = node.answer(request_id, choice, by)
+        # The service says what is wrong with an answer to what is not pending.
+        unread = HelpRequest(id=request_id)
+        request = next((r for r in node.pending() if r.id == request_id), unread)
+        if request is not unread and about and about.casefold() != request.object.casefold():
+            print_line(
+                Console(stderr=True),
+                f'Expected request {request_id} about {about}, got one about {request.object}: '
+                'it is not answered.',
+            )
+            raise typer.Exit(1)
+        response = node.answer(request, choice, by)
     print_line(Console(stderr=not response.success), response.message)
     if not response.success:
         raise typer.Exit(1)
@@ -191,22 +211,24 @@ def wait_for_requests(
     """Answer requests of the robot. Without a command: wait for them at the keyboard."""
     if context.invoked_subcommand is not None:
         return
-    console = Console()
+    console, keyboard = Console(), Keyboard(sys.stdin.fileno())
     with ask_human_client(network, domain) as node:
         console.print('Waiting for requests of the robot. Ctrl-C ends.')
         while True:
             request = node.wait_for_request()
             print_request(console, request, node.names())
             console.print(MENU)
+            if keyboard.discard():
+                console.print('What was typed before this question is not taken as its answer.')
             try:
-                choice = read_answer(console)
+                choice = read_answer(console, keyboard)
             except EOFError:
                 console.print(f'No more input: request {request.id} stays unanswered.')
                 raise typer.Exit(1) from None
-            print_line(console, node.answer(request.id, choice, by).message)
+            print_line(console, node.answer(request, choice, by).message)
 
 
-def read_answer(console: Console) -> Reply:
+def read_answer(console: Console, keyboard: Keyboard) -> Reply:
     """Read lines from the keyboard until one is a valid answer.
 
     Raises:
@@ -214,7 +236,9 @@ def read_answer(console: Console) -> Reply:
     """
     while True:
         try:
-            return read_reply(console.input('> '))
+            # The prompt says that what is typed from here on is read.
+            console.print('> ', end='')
+            return read_reply(keyboard.line())
         except ValueError as error:
             print_line(console, str(error))
 

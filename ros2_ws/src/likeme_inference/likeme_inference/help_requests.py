@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
+from likeme_core.stamps import SECOND
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 #: Accepted answers that are remembered: for a second operator who answers late, not for the
@@ -25,8 +27,39 @@ class AcceptedAnswer:
 
     @property
     def sentence(self) -> str:
-        """Log message of the accepted answer."""
-        return f'Request {self.request.id} answered by {self.answered_by}: {self.reply.name}.'
+        """What the answer leads to, and who gave it."""
+        request = self.request
+        follows = {
+            Reply.DONE_BY_HAND: f'done by hand, the robot looks whether it is {request.goal.name}',
+            Reply.TRY_ANYWAY: f'the robot tries {request.action.name.lower()}',
+            Reply.SKIP: f'skipped, {request.action.name.lower()} is not tried',
+        }
+        about = f'Request {request.id}, {request.object}'
+        return f'{about}: {follows[self.reply]} (answered by {self.answered_by}).'
+
+
+class ReadQuestion(NamedTuple):
+    """What was read by whoever answers: object and action by their names, stamp in ns."""
+
+    object: str
+    action: str
+    stamp: int
+
+    def __str__(self) -> str:
+        names = f'{self.object or "no object"}, {self.action.lower() or "no action"}'
+        return f'{names}, of {self.stamp / SECOND:.3f} s'
+
+    def fits(self, request: HelpRequest) -> bool:
+        """Whether it is what the request asks; names in any case."""
+        there = question_of(request)
+        names = (self.object.casefold(), self.action.casefold())
+        known = (there.object.casefold(), there.action.casefold())
+        return names == known and self.stamp == there.stamp
+
+
+def question_of(request: HelpRequest) -> ReadQuestion:
+    """What there is to read in a request."""
+    return ReadQuestion(request.object, request.action.name, request.stamp)
 
 
 class HelpRequests:
@@ -45,12 +78,14 @@ class HelpRequests:
         """Add a pending request."""
         self._pending[request.id] = request
 
-    def answer(self, request_id: int, reply: int, answered_by: str) -> AcceptedAnswer:
-        """Accept an answer; the request is no longer pending.
+    def check(
+        self, request_id: int, reply: int, answered_by: str, read: ReadQuestion | None = None
+    ) -> AcceptedAnswer:
+        """The answer, if it can be accepted; read: what it is given to, None: not compared.
 
         Raises:
-            AnswerRefusedError: a second answer, nothing pending, an unknown request, a number that
-                is not a Reply, or an empty name.
+            AnswerRefusedError: a second answer, nothing pending, an unknown request, another
+                question than was read, a number that is not a Reply, or an empty name.
         """
         if request_id in self._answered:
             before = self._answered[request_id]
@@ -64,13 +99,22 @@ class HelpRequests:
             raise AnswerRefusedError(
                 f'Expected one of the pending requests {list(self._pending)}, got {request_id}.'
             )
+        request = self._pending[request_id]
+        if read is not None and not read.fits(request):
+            raise AnswerRefusedError(
+                f'Expected an answer to the open request {request_id} ({question_of(request)}), '
+                f'got one to {read}.'
+            )
         if reply not in set(Reply):
             known = ', '.join(f'{r.value} {r.name}' for r in Reply)
             raise AnswerRefusedError(f'Expected an answer out of {known}, got {reply}.')
         if not answered_by.strip():
             raise AnswerRefusedError('Expected the name of the operator, got an empty one.')
-        answer = AcceptedAnswer(self._pending.pop(request_id), Reply(reply), answered_by.strip())
+        return AcceptedAnswer(request, Reply(reply), answered_by.strip())
+
+    def accept(self, answer: AcceptedAnswer) -> None:
+        """Take an answer; its request is no longer pending."""
+        self._pending.pop(answer.request.id, None)
         if len(self._answered) == ANSWERS_KEPT:
             self._answered.pop(next(iter(self._answered)))
-        self._answered[request_id] = answer
-        return answer
+        self._answered[answer.request.id] = answer

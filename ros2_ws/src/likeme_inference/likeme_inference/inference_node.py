@@ -4,40 +4,47 @@ from __future__ import annotations
 
 import sys
 import time
+import uuid
 from pathlib import Path
 from typing import Any
 
 from rclpy.node import Node
 
+from likeme_core.heartbeats import NodeState
 from likeme_core.observations import TableSnapshot
+from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
 from likeme_core.ros.world import WorldPublisher, declare_world
+from likeme_core.state_folder import state_folder
 from likeme_inference import messages
-from likeme_inference.arm_call import ArmCall
+from likeme_inference.arm_call import ArmCall, NotSentError
+from likeme_inference.cell_report_filter import CellReportFilter
 from likeme_inference.experience.store_error import StoreError
-from likeme_inference.help_requests import AnswerRefusedError, HelpRequests
+from likeme_inference.help_requests import AcceptedAnswer, HelpRequests
+from likeme_inference.logged_session import LoggedSession
 from likeme_inference.node_settings import (
+    open_decision_log,
     open_experience,
     read_model,
     read_settings,
     settings_of,
 )
+from likeme_inference.ros.arm_services import arm_heartbeats, arm_services
+from likeme_inference.ros.ask_human_service import AskHumanService
+from likeme_inference.ros.cell_reports import CellReports
 from likeme_inference.ros.diagnostics import SessionDiagnostics
-from likeme_inference.ros.node_parameters import NodeParameters, Values
+from likeme_inference.ros.node_parameters import NodeParameters, Values, plain
 from likeme_inference.ros.session_inputs import SessionInputs
-from likeme_inference.session_inputs import (
-    InputValue,
-    OperatorAnswer,
-    SessionEvent,
-    apply_input,
-    read_motion,
-)
+from likeme_inference.session_inputs import InputValue, OperatorAnswer, SessionEvent
+from likeme_inference.session_log import SessionLog
+from likeme_inference.session_restore import Restored, restore
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import help_request, model_gaps
 from likeme_inference.tabletop.robot_model import RobotModel
-from likeme_inference.tabletop.session import ImitationSession, Phase
+from likeme_inference.tabletop.session import ImitationSession
+from likeme_inference.tabletop.session_state import Phase
 from likeme_inference.tabletop.values import (
     Decision,
     GoalBelief,
@@ -49,10 +56,12 @@ from likeme_inference.tabletop.values import (
 from likeme_msgs.msg import Decision as DecisionMsg
 from likeme_msgs.msg import GoalBelief as GoalBeliefMsg
 from likeme_msgs.msg import Outcome as OutcomeMsg
-from likeme_msgs.srv import AskHuman, ExecuteAction
+from likeme_msgs.srv import ExecuteAction
 
 #: s between two checks for an arm or a camera that does not respond.
 TIMEOUT_CHECK_PERIOD = 0.1
+#: s without a heartbeat of the arm for a warning in /diagnostics.
+ARM_SILENCE_WARNING = 0.3
 
 
 class InferenceNode(Node):
@@ -62,17 +71,20 @@ class InferenceNode(Node):
         demonstration (Demonstration, reliable 10): a human act
         table_state (TableState, reliable 1): the state of every object
         hear_again (Heard, reliable 100): the next input, while `replayed`
+        heartbeat (Heartbeat), cell/holds (HoldState), motion (Motion): of the arm and the cell
     Publishes:
         goal_belief (GoalBelief), decision (Decision), outcome (Outcome): each reliable, transient
-            local, depth 1
+            local, depth 1; after a restart the last ones again
+        heartbeat (Heartbeat): DEGRADED while the decision log cannot be written
         heard (Heard, reliable 100): acknowledges each input of the session
         world (World): latched, what the numbers mean
         /diagnostics (DiagnosticArray): 1 Hz, by the steady clock
     Service:
         ask_human (AskHuman): list pending requests, answer one
-    Client:
+    Clients:
         arm/execute_action (ExecuteAction): once a decision, never repeated; a further try after
             a miss (sequential mode) is a further decision
+        arm/motion_status (MotionStatus): how a motion ended whose response was lost
     Parameters, in force from the next decision:
         mode: trajectory, goal_based, interactive or sequential
         policy: direct or explored
@@ -84,6 +96,8 @@ class InferenceNode(Node):
         model_file: path of a model file; empty: the shipped one
         experience_store, learn_from_outcomes, robot: executed imitations are experience too; the
             store and the name are taken at the start
+        decision_log: what is written before anything follows from it, and restored at the start
+        arm_node: whose heartbeats are the arm's
         replayed: a new session whose inputs come from a recording (docs/replay_protocol.md); the
             arm is never called
         and help_threshold, concentration, turn_timeout, turn_delay, outcome_timeout,
@@ -92,6 +106,8 @@ class InferenceNode(Node):
 
     def __init__(self) -> None:
         super().__init__('inference_node')
+        self._log: SessionLog | None = None
+        self._heartbeat = HeartbeatPublisher(self, self._node_state)
         self._world = declare_world(self)
         self._node_parameters = NodeParameters(
             self, settings_of(self._world), self._validate, self._apply
@@ -102,26 +118,30 @@ class InferenceNode(Node):
         self._experience = open_experience(values, model, self._world)
         if self._experience is not None:
             model = self._experience.model
-        self._session = ImitationSession(model, read_settings(values, self._world))
-        self._desk = HelpRequests()
+        log = self._open_log(values)
+        restored = restore(log)
+        settings = read_settings(values, self._world)
+        self._logged = LoggedSession(ImitationSession(model, settings, restored.state), log)
         self._world_pub = WorldPublisher(self, self._world)
         self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
         self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
+        self._arm_health = arm_heartbeats(self, values['arm_node'])
         self._arm = ArmCall(
-            self.create_client(ExecuteAction, 'arm/execute_action'),
-            read_motion,
+            arm_services(self),
             self._on_motion,
             self._on_late_answer,
             values['arm_wait'],
             values['action_timeout'],
+            self._arm_health,
         )
-        self._health = SessionDiagnostics(self, lambda: self._arm.ready, self._facts)
+        self._health = SessionDiagnostics(self, self._problems, self._facts)
         self._inputs = SessionInputs(
             self, self._world, values['replayed'], self._health, self._apply_input, self._publish,
             lambda: self._session.last_view,
         )  # fmt: skip
-        self.create_service(AskHuman, 'ask_human', self._on_ask_human)
+        self._ask_human = AskHumanService(self, self._world, self._on_answer, self._refusal)
+        CellReports(self, CellReportFilter.of(log.log), log.note)
         self._node_parameters.watch()
         self.create_timer(TIMEOUT_CHECK_PERIOD, self._check_timeouts, clock=steady_clock())
         self.get_logger().info(
@@ -129,6 +149,77 @@ class InferenceNode(Node):
             f'{values["mode"]} mode. Show me something.'
         )
         self._report_gaps()
+        self._log = log
+        if not values['replayed']:
+            self._take_up(restored, values)
+
+    def _open_log(self, values: Values) -> SessionLog:
+        """The decision log; of a replay there is none."""
+        name = self.get_fully_qualified_name()
+        cell = f'{values["robot"]}/{self.context.get_domain_id()}{name}'
+        opened = None if values['replayed'] else open_decision_log(values, self._folder)
+        log = SessionLog(opened, self._world, cell, self._heartbeat.run)
+        log.paused = values['replayed']
+        return log
+
+    def _open_late(self, values: Values) -> None:
+        """Open the log of a node that was started to replay a recording.
+
+        Raises:
+            ValueError: it cannot be used.
+        """
+        log = self._logged.log
+        if log.log is not None:
+            return
+        try:
+            log.log = open_decision_log(values, self._folder)
+            self._logged.last_decision = restore(log).state.decisions
+        except (StoreError, OSError) as error:
+            raise ValueError(str(error)) from error
+
+    def _folder(self) -> Path:
+        return state_folder(self.context.get_domain_id(), self.get_namespace())
+
+    def _take_up(self, restored: Restored, values: Values) -> None:
+        """Go on where the last run of this node was."""
+        log, state = self._logged.log, restored.state
+        log.started(
+            self.get_fully_qualified_name(),
+            {name: plain(value) for name, value in values.items()},
+            restored.sentence,
+        )
+        log.note_state(state)
+        if restored.sentence:
+            self.get_logger().info(restored.sentence)
+        for answer in restored.answers:
+            self._ask_human.desk.accept(answer)
+        if restored.belief is not None:
+            self._belief_pub.publish(messages.belief_msg(self._world, restored.belief))
+        if state.decision is not None:
+            self._decision_pub.publish(messages.decision_msg(self._world, state.decision))
+        if restored.outcome is not None:
+            if restored.decided is not None:
+                self._learn(restored.decided, restored.outcome)
+            self._outcome_pub.publish(messages.outcome_msg(self._world, restored.outcome))
+        if state.phase is Phase.ASKING and state.decision is not None:
+            self._ask_human.desk.add(help_request(state.decision))
+        elif state.phase is Phase.ACTING and restored.motion:
+            self._arm.resume(restored.motion, time.monotonic())
+        elif state.phase is Phase.ACTING:
+            why = 'the inference node ended before it asked the arm, nothing moved.'
+            self._inputs.motion(MotionReport(None, why))
+
+    @property
+    def _session(self) -> ImitationSession:
+        return self._logged.session
+
+    def _node_state(self) -> tuple[NodeState, str]:
+        """What the heartbeats tell."""
+        if self._log is None:
+            return NodeState.STARTING, 'The node is starting.'
+        if self._log.problem:
+            return NodeState.DEGRADED, f'The decision log cannot be written: {self._log.problem}'
+        return NodeState.READY, ''
 
     def _report_gaps(self) -> None:
         """Log which objects either the model or the world lacks."""
@@ -145,6 +236,8 @@ class InferenceNode(Node):
         if 'replayed' in changed and self._arm.busy:
             raise ValueError('Expected no motion under way when a replay begins or ends.')
         read_settings(values, self._world)
+        if 'replayed' in changed and not values['replayed']:
+            self._open_late(values)
         if 'model_file' not in changed:
             return
         if self._experience is not None:
@@ -152,12 +245,14 @@ class InferenceNode(Node):
         self._proposed_model = read_model(values['model_file'], self._world)
 
     def _apply(self, values: Values, changed: set[str]) -> None:
-        self._session.settings = read_settings(values, self._world)
+        new = {name: plain(values[name]) for name in changed if name in values}
+        self._logged.log.note('parameters', {'changed': new})
+        self._logged.session.settings = read_settings(values, self._world)
         self._arm.arm_wait, self._arm.action_timeout = values['arm_wait'], values['action_timeout']
         if 'replayed' in changed:
             self._restart(values['replayed'])
         if self._proposed_model is not None:
-            self._session.model, self._proposed_model = self._proposed_model, None
+            self._logged.session.model, self._proposed_model = self._proposed_model, None
             model, place = self._session.model, values['model_file']
             self.get_logger().info(
                 f'I know {", ".join(model.objects)} from {model.label}, '
@@ -167,8 +262,8 @@ class InferenceNode(Node):
             self._report_gaps()
 
     def _restart(self, replayed: bool) -> None:
-        self._session = ImitationSession(self._session.model, self._session.settings)
-        self._desk = HelpRequests()
+        self._logged.restart(replayed)
+        self._ask_human.desk = HelpRequests()
         self._health.counts.clear()
         self._inputs.restart(replayed)
 
@@ -177,13 +272,16 @@ class InferenceNode(Node):
 
         Raises:
             ValueError: it is refused.
+            StoreError: it cannot be logged; nothing follows from it.
         """
         if isinstance(value, TableSnapshot) and value.stamp > self._session.last_view:
             self._health.camera_heard()
-        events = apply_input(self._session, value)
-        if self._inputs.replayed and isinstance(value, OperatorAnswer):
-            assert self._session.decision is not None, 'An answer needs a question.'
-            self._desk.answer(self._session.decision.id, value.reply, value.answered_by)
+        answer, desk = None, self._ask_human.desk
+        if isinstance(value, OperatorAnswer) and self._session.decision is not None:
+            answer = desk.check(self._session.decision.id, value.reply, value.answered_by)
+        events = self._logged.apply(value, answer)
+        if answer is not None:
+            desk.accept(answer)
         return events
 
     def _publish(self, event: SessionEvent) -> None:
@@ -195,22 +293,22 @@ class InferenceNode(Node):
             self._health.counts['decisions'] += 1
         elif isinstance(event, Outcome):
             # Stored before it is published: a subscriber may stop this node.
-            self._learn(event)
+            if self._session.decision is not None:
+                self._learn(self._session.decision, event)
             self._outcome_pub.publish(messages.outcome_msg(self._world, event))
             self._health.counts[f'outcomes {event.result.name}'] += 1
         if not isinstance(event, Remark):
             self._health.counts['events'] += 1
         self.get_logger().info(event.sentence)
         if isinstance(event, Decision) and event.kind is Kind.ASK_HUMAN:
-            self._desk.add(help_request(event))
+            self._ask_human.desk.add(help_request(event))
         elif isinstance(event, Decision) and event.kind is Kind.EXECUTE:
             self._act(event)
 
-    def _learn(self, outcome: Outcome) -> None:
-        """Keep what was done in earnest, and decide by it from now on."""
-        decision = self._session.decision
+    def _learn(self, decision: Decision, outcome: Outcome) -> None:
+        """Keep what was done in earnest, once, and decide by it from now on."""
         learns = self._learns and not self._inputs.replayed
-        if self._experience is None or decision is None or not learns:
+        if self._experience is None or not learns:
             return
         try:
             model = self._experience.record_outcome(decision, outcome)
@@ -227,7 +325,7 @@ class InferenceNode(Node):
         return bool(self.get_parameter('learn_from_outcomes').value)
 
     def _act(self, decision: Decision) -> None:
-        """Call the arm, once.
+        """Call the arm, once, by an id that no other request has.
 
         The time to start in counts from the newest table state: camera and arm share their clock,
         be it simulated or not, and what was seen too long ago is nothing to act on.
@@ -237,11 +335,19 @@ class InferenceNode(Node):
         action = decision.action
         assert action is not None, 'Only actions are executed.'
 
+        motion_id = str(uuid.uuid4())
+
         def request() -> ExecuteAction.Request:
             expires = self._session.last_view + round(self._arm.arm_wait * 1e9)
-            return messages.execute_request(self._world, decision.object, action, expires)
+            try:
+                self._logged.log.request_motion(decision, motion_id, expires)
+            except StoreError as error:
+                raise NotSentError(f'the request cannot be logged: {error}') from error
+            return messages.execute_request(
+                self._world, decision.object, action, expires, motion_id
+            )
 
-        self._arm.start(request, time.monotonic())
+        self._arm.start(motion_id, request, time.monotonic())
 
     def _on_motion(self, report: MotionReport) -> None:
         self._health.camera_heard()
@@ -253,39 +359,30 @@ class InferenceNode(Node):
         self.get_logger().warning(f'Late report of the arm ignored: {report.message}')
         self._health.counts['late answers ignored'] += 1
 
-    def _on_ask_human(
-        self, request: AskHuman.Request, response: AskHuman.Response
-    ) -> AskHuman.Response:
-        try:
-            response.message = self._serve(request)
-            response.success = True
-        except AnswerRefusedError as error:
-            response.message = str(error)
-            self.get_logger().warning(f'Answer refused: {error}')
-        response.pending = [messages.request_msg(self._world, item) for item in self._desk.pending]
-        return response
+    def _on_answer(self, answer: AcceptedAnswer) -> None:
+        """Apply an operator's answer.
 
-    def _serve(self, request: AskHuman.Request) -> str:
-        if request.command == AskHuman.Request.LIST:
-            return f'{len(self._desk.pending)} pending.'
-        if request.command != AskHuman.Request.ANSWER:
-            raise AnswerRefusedError(
-                f'Expected command 0 LIST or 1 ANSWER, got {request.command}.'
-            )
-        if self._inputs.replayed:
-            raise AnswerRefusedError('This is a replay: the recorded operator answers.')
-        answer = self._desk.answer(request.request_id, request.answer, request.answered_by)
+        Raises:
+            StoreError: it cannot be logged.
+        """
+        self._inputs.answer(OperatorAnswer(answer.reply, answer.answered_by))
         self._health.camera_heard()
         self.get_logger().info(answer.sentence)
-        self._inputs.answer(OperatorAnswer(answer.reply, answer.answered_by))
-        if answer.reply is Reply.TRY_ANYWAY and self._session.decision is not None:
+        acts = answer.reply is Reply.TRY_ANYWAY and self._session.phase is Phase.ACTING
+        if acts and self._session.decision is not None:
             self._act(self._session.decision)
-        return answer.sentence
+
+    def _refusal(self) -> str:
+        """Why no answer is taken at present."""
+        replayed = 'This is a replay: the recorded operator answers.'
+        return replayed if self._inputs.replayed else ''
 
     def _check_timeouts(self) -> None:
         """Give up an arm or a camera that does not respond in time."""
         if self._inputs.replayed:
             return
+        self._logged.log.poll()
+        self._inputs.poll()
         self._arm.poll(time.monotonic())
         late = self._health.silence > self._session.settings.outcome_timeout
         if self._session.phase is Phase.CONFIRMING and late:
@@ -297,14 +394,28 @@ class InferenceNode(Node):
             'phase': self._session.phase.name,
             'mode': self._session.settings.mode,
             'model': self._session.model.label,
-            'pending requests': len(self._desk.pending),
+            'pending requests': len(self._ask_human.desk.pending),
             'inputs': self._inputs.count,
+            'inputs not logged yet': self._inputs.kept,
+            'decision log': self._logged.log.place or 'none',
         }
+
+    def _problems(self) -> list[str]:
+        """Why /diagnostics warns, beside what it knows itself."""
+        known, silence = self._arm_health.run, self._arm_health.silence(time.monotonic())
+        problems = [
+            (not self._arm.ready, 'arm service absent'),
+            (bool(known) and silence > ARM_SILENCE_WARNING, 'the arm is silent'),
+            (bool(self._logged.log.problem), f'no decision log: {self._logged.log.problem}'),
+        ]
+        return [sentence for present, sentence in problems if present]
 
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
-    return run_node('inference_node', InferenceNode, start_errors=(ValueError, StoreError))
+    return run_node(
+        'inference_node', InferenceNode, start_errors=(ValueError, StoreError, OSError)
+    )
 
 
 if __name__ == '__main__':

@@ -36,11 +36,15 @@ def motion_fields(report: MotionReport) -> dict[str, Any]:
 
 
 def execute_request(
-    world: World, name: str, action: Action, expires: int
+    world: World, name: str, action: Action, expires: int, motion_id: str = ''
 ) -> ExecuteAction.Request:
-    """Request of a motion; `expires` in ns of ROS time."""
+    """Request of a motion; `expires` in ns of ROS time; no id: the driver gives it one."""
     return ExecuteAction.Request(
-        object=name, action=action.name, world=world.label, expires=time_msg(expires)
+        object=name,
+        action=action.name,
+        world=world.label,
+        expires=time_msg(expires),
+        id=motion_id,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -18,13 +18,18 @@ from likeme_inference.tabletop.model_parser import ModelFileError
 from likeme_inference.tabletop.robot_model import RobotModel
 
 if TYPE_CHECKING:
+    from likeme_inference.experience.decision_log import DecisionLog
     from likeme_inference.experience.imitation_experience import ImitationExperience
 
 #: Upper limit of action_budget.
 MAX_ACTIONS = 100
 #: s to wait for other writers of the experience store; the node processes nothing else meanwhile.
 LOCK_TIMEOUT = 1.0
-
+#: The same for the decision log, at every attempt. Shorter than HEARTBEAT_TIMEOUT, so that the
+#: node does not seem dead; what could not be written is tried again.
+LOG_LOCK_TIMEOUT = 0.2
+#: Value of decision_log for no log.
+NO_LOG = 'none'
 
 #: The parameters whose defaults do not depend on the world.
 _COMMON: dict[str, Setting] = {
@@ -62,6 +67,15 @@ _COMMON: dict[str, Setting] = {
         True, 'whether new outcomes are recorded in the experience_store'
     ),
     'robot': Setting('robot', 'robot name under which trials are recorded', read_only=True),
+    'decision_log': Setting(
+        '',
+        'SQLite file or database URL of the decision log; empty: in the experience_store, or '
+        "else decision_log.sqlite in the cell's state folder; none: no log",
+        read_only=True,
+    ),
+    'arm_node': Setting(
+        'arm_driver', 'name of the node whose heartbeats are those of the arm', read_only=True
+    ),
     'replayed': Setting(False, 'new session with inputs from hear_again alone'),
 }
 
@@ -111,6 +125,24 @@ def open_experience(
     store = ExperienceStore(values['experience_store'], world, lock_timeout=LOCK_TIMEOUT)
     store.check_writable()
     return ImitationExperience(store, values['robot'], software, learned)
+
+
+def open_decision_log(values: Mapping[str, Any], folder: Callable[[], Path]) -> DecisionLog | None:
+    """Open the decision log; None if there shall be none.
+
+    folder: of the cell's state.
+
+    Raises:
+        StoreError: it cannot be used.
+        OSError: the folder cannot be made.
+    """
+    place = values['decision_log'] or values['experience_store']
+    if place == NO_LOG:
+        return None
+    # Here, as importing a database takes a node without a log a fifth of its start.
+    from likeme_inference.experience.decision_log import LOG_FILE, DecisionLog
+
+    return DecisionLog(place or str(folder() / LOG_FILE), lock_timeout=LOG_LOCK_TIMEOUT)
 
 
 def read_settings(values: Mapping[str, Any], world: World) -> ImitationSettings:

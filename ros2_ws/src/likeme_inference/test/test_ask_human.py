@@ -44,6 +44,17 @@ def make_request(graph: Graph, camera: Camera) -> int:
     return int(seen[-1].id)
 
 
+def read_until(console: subprocess.Popen[str], end: str) -> str:
+    """Read what a console says up to some words."""
+    assert console.stdout is not None
+    said = ''
+    while not said.endswith(end):
+        character = console.stdout.read(1)
+        assert character, said
+        said += character
+    return said
+
+
 def test_replies_are_read_by_word_number_and_abbreviation() -> None:
     typed = ['1', 'done', ' D ', '2', 'try', '3', 'sk']
 
@@ -68,7 +79,8 @@ def test_list_and_answer(tmp_path: Path) -> None:
         listed = run(graph, 'list')
         bad = run(graph, 'answer', str(number), 'maybe')
         outcomes = graph.collect(Outcome, 'outcome', LATCHED)
-        accepted = run(graph, 'answer', str(number), 'try', '--by', 'Ada')
+        lemon = run(graph, 'answer', str(number), 'try', '--object', 'lemon')
+        accepted = run(graph, 'answer', str(number), 'try', '--by', 'Ada', '--object', 'Pear')
         graph.until(lambda: outcomes, 10, 'an outcome')
         second = run(graph, 'answer', str(number), 'skip', '--by', 'Bob')
 
@@ -78,7 +90,11 @@ def test_list_and_answer(tmp_path: Path) -> None:
         assert f'Request {number}: I want the pear to go from RIGHT to LEFT' in listed.stdout
         assert 'best action PUSH_LEFT, p = 0.40, threshold 0.50' in listed.stdout
         assert bad.returncode == 2
-        assert accepted.stdout == f'Request {number} answered by Ada: TRY_ANYWAY.\n'
+        assert (lemon.returncode, lemon.stdout) == (1, '')
+        assert f'Expected request {number} about lemon, got one about pear' in lemon.stderr
+        assert accepted.stdout == (
+            f'Request {number}, pear: the robot tries push_left (answered by Ada).\n'
+        )
         assert second.returncode == 1
         assert 'was answered already: TRY_ANYWAY by Ada.' in second.stderr
 
@@ -98,17 +114,32 @@ def test_the_keyboard(tmp_path: Path) -> None:
             text=True,
         )
         assert console.stdin is not None
+        said = read_until(console, 'Ctrl-C ends.')
+        # Typed before there is a question.
+        console.stdin.write('try\n')
+        console.stdin.flush()
         number = make_request(graph, camera)
-        console.stdin.write('what?\n3\n')
+        said += read_until(console, '> ')
+        console.stdin.write('what?\n3\ntry\n')
         console.stdin.flush()
         outcome = graph.until(lambda: outcomes, 20, 'SKIPPED').pop()
         second = make_request(graph, camera)
-        said, _ = console.communicate(timeout=30)
+        said += read_until(console, '(answered by Ada).\n') + read_until(console, '> ')
+        other = run(graph, 'answer', str(second), 'done', '--by', 'Bob')
+        console.stdin.write('try\n')
+        console.stdin.flush()
+        graph.until(lambda: outcomes, 20, 'the outcome of what Bob did')
+        third = make_request(graph, camera)
+        said += read_until(console, '> ')
+        said += console.communicate(timeout=30)[0]
 
+        assert other.stdout.endswith('looks whether it is LEFT (answered by Bob).\n')
+        assert said.count('What was typed before this question is not taken as its answer.') == 2
+        assert f'Request {second} was answered already: DONE_BY_HAND by Bob.' in said
         assert (outcome.result, outcome.decision_id) == (Outcome.SKIPPED, number)
         assert "Expected one of done, try, skip, got 'what?'." in said
-        assert f'Request {number} answered by Ada: SKIP.' in said
-        assert f'No more input: request {second} stays unanswered.' in said
+        assert f'Request {number}, pear: skipped, push_left is not tried' in said
+        assert f'No more input: request {third} stays unanswered.' in said
         assert console.returncode == 1
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from likeme_core.paper_world import WORLD
-from likeme_inference.experience.database import StoreError
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.experience.decision_log import DecisionLog
 from likeme_inference.experience.store import ExperienceStore
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 import pytest
 
 from likeme_core.paper_world import LEFT, PUSH_LEFT, RIGHT
-from likeme_inference.help_requests import ANSWERS_KEPT, AnswerRefusedError, HelpRequests
+from likeme_inference.help_requests import (
+    ANSWERS_KEPT,
+    AnswerRefusedError,
+    HelpRequests,
+    ReadQuestion,
+)
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 
@@ -22,18 +27,21 @@ def requests() -> HelpRequests:
 
 
 def test_an_answered_request_is_no_longer_pending(requests: HelpRequests) -> None:
-    answer = requests.answer(2, Reply.SKIP, ' Ada ')
+    answer = requests.check(2, Reply.SKIP, ' Ada ', ReadQuestion('PEAR', 'push_left', 0))
+    requests.accept(answer)
 
     assert (answer.request.id, answer.reply, answer.answered_by) == (2, Reply.SKIP, 'Ada')
-    assert answer.sentence == 'Request 2 answered by Ada: SKIP.'
+    assert answer.sentence == (
+        'Request 2, pear: skipped, push_left is not tried (answered by Ada).'
+    )
     assert [item.id for item in requests.pending] == [5]
 
 
 def test_a_second_answer_is_refused(requests: HelpRequests) -> None:
-    requests.answer(2, Reply.SKIP, 'Ada')
+    requests.accept(requests.check(2, Reply.SKIP, 'Ada'))
 
     with pytest.raises(AnswerRefusedError, match='2 was answered already: SKIP by Ada'):
-        requests.answer(2, Reply.DONE_BY_HAND, 'Bob')
+        requests.check(2, Reply.DONE_BY_HAND, 'Bob')
 
 
 @pytest.mark.parametrize(
@@ -48,23 +56,53 @@ def test_refused_answers_leave_the_request(
     requests: HelpRequests, number: int, reply: int, name: str, message: str
 ) -> None:
     with pytest.raises(AnswerRefusedError, match=message):
-        requests.answer(number, reply, name)
+        requests.check(number, reply, name)
     assert [item.id for item in requests.pending] == [2, 5]
+
+
+@pytest.mark.parametrize(
+    'read',
+    [
+        ReadQuestion('chicken', 'push_left', 0),
+        ReadQuestion('pear', 'push_right', 0),
+        ReadQuestion('pear', 'push_left', 1),
+        ReadQuestion('', '', 0),
+    ],
+)
+def test_an_answer_to_another_question_is_refused(
+    requests: HelpRequests, read: ReadQuestion
+) -> None:
+    expected = r'open request 2 \(pear, push_left, of 0.000 s\), got one to '
+    with pytest.raises(AnswerRefusedError, match=expected + str(read)):
+        requests.check(2, Reply.TRY_ANYWAY, 'Ada', read)
+
+
+@pytest.mark.parametrize(
+    ('reply', 'follows'),
+    [
+        (Reply.TRY_ANYWAY, 'Request 5, pear: the robot tries push_left (answered by Ada).'),
+        (Reply.DONE_BY_HAND, 'the robot looks whether it is LEFT'),
+    ],
+)
+def test_the_confirmation_says_what_follows(
+    requests: HelpRequests, reply: Reply, follows: str
+) -> None:
+    assert follows in requests.check(5, reply, 'Ada').sentence
 
 
 def test_nothing_is_pending() -> None:
     with pytest.raises(AnswerRefusedError, match='Nothing is pending, got an answer to request 1'):
-        HelpRequests().answer(1, Reply.SKIP, 'Ada')
+        HelpRequests().check(1, Reply.SKIP, 'Ada')
 
 
 def test_only_the_last_answers_are_remembered() -> None:
     requests = HelpRequests()
     for number in range(1, 2 * ANSWERS_KEPT + 1):
         requests.add(request(number))
-        requests.answer(number, Reply.SKIP, 'Ada')
+        requests.accept(requests.check(number, Reply.SKIP, 'Ada'))
     requests.add(request(9999))
 
     with pytest.raises(AnswerRefusedError, match='was answered already'):
-        requests.answer(ANSWERS_KEPT + 1, Reply.SKIP, 'Bob')
+        requests.check(ANSWERS_KEPT + 1, Reply.SKIP, 'Bob')
     with pytest.raises(AnswerRefusedError, match=f'got {ANSWERS_KEPT}'):
-        requests.answer(ANSWERS_KEPT, Reply.SKIP, 'Bob')
+        requests.check(ANSWERS_KEPT, Reply.SKIP, 'Bob')

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from builtin_interfaces.msg import Time
 from fakes import Arm, Camera
 
 from graph import LATCHED, Graph
@@ -53,9 +54,14 @@ def expected_decision(demo: Demonstration, mode: Mode, got: Decision) -> Decisio
     )
 
 
-def answer(graph: Graph, number: int, reply: int, by: str = 'Ada') -> Any:
+def answer(graph: Graph, number: int, reply: int, by: str = 'Ada', **read: Any) -> Any:
+    """Answer a request as it is listed; `read`: fields that were read otherwise."""
+    listed = graph.call(AskHuman, 'ask_human', AskHuman.Request(command=AskHuman.Request.LIST))
+    for item in listed.pending:
+        action = WORLD.actions[item.action].name.lower()
+        read = {'object': item.object, 'action': action, 'stamp': item.header.stamp} | read
     request = AskHuman.Request(
-        command=AskHuman.Request.ANSWER, request_id=number, answer=reply, answered_by=by
+        command=AskHuman.Request.ANSWER, request_id=number, answer=reply, answered_by=by, **read
     )
     return graph.call(AskHuman, 'ask_human', request)
 
@@ -206,6 +212,9 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
         unknown = answer(graph, 99, AskHuman.Request.SKIP)
         bad = answer(graph, decision.id, 3)
         nobody = answer(graph, decision.id, AskHuman.Request.SKIP, by=' ')
+        chicken = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY, object='chicken')
+        unread = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY, action='')
+        earlier = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY, stamp=Time(sec=1))
         command = graph.call(AskHuman, 'ask_human', AskHuman.Request(command=2))
         accepted = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY)
         second = answer(graph, decision.id, AskHuman.Request.DONE_BY_HAND, by='Bob')
@@ -219,6 +228,10 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
             (unknown, f'Expected one of the pending requests [{decision.id}], got 99.'),
             (bad, 'got 3.'),
             (nobody, 'Expected the name of the operator'),
+            (chicken, f'the open request {decision.id} (pear, push_left, of '),
+            (chicken, 'got one to chicken, push_left, of '),
+            (unread, 'got one to pear, no action, of '),
+            (earlier, 'got one to pear, push_left, of 1.000 s.'),
             (command, 'Expected command 0 LIST or 1 ANSWER, got 2.'),
             (second, f'Request {decision.id} was answered already: TRY_ANYWAY by Ada.'),
         ]:

@@ -18,7 +18,6 @@ from sqlalchemy.exc import IntegrityError
 
 from likeme_inference.experience.database import (
     FOR_WRITING,
-    StoreError,
     open_engine,
     refusing,
     shown,
@@ -26,6 +25,7 @@ from likeme_inference.experience.database import (
 )
 from likeme_inference.experience.log_schema import log_entries as table
 from likeme_inference.experience.log_schema import log_metadata
+from likeme_inference.experience.store_error import StoreError
 
 #: `previous` of the first entry.
 NO_HASH = '0' * 64

@@ -29,11 +29,14 @@ class SessionDiagnostics:
     """
 
     def __init__(
-        self, node: Node, arm_ready: Callable[[], bool], facts: Callable[[], Mapping[str, Any]]
+        self,
+        node: Node,
+        problems: Callable[[], list[str]],
+        facts: Callable[[], Mapping[str, Any]],
     ) -> None:
-        """arm_ready: whether the arm service is available. facts: further values to publish."""
+        """problems: further reasons for a warning. facts: further values to publish."""
         self.counts: Counter[str] = Counter()
-        self._node, self._arm_ready, self._facts = node, arm_ready, facts
+        self._node, self._problems, self._facts = node, problems, facts
         self._camera_heard = time.monotonic()
         self._dropped_at = -math.inf
         self._diagnostics_pub = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -61,11 +64,11 @@ class SessionDiagnostics:
     def _publish(self) -> None:
         silent = self.silence
         problems = [
-            (not self._arm_ready(), 'arm service absent'),
             (silent > TABLE_STATE_WARNING, f'no new table state for {silent:.0f} s'),
             (time.monotonic() - self._dropped_at < DROP_WARNING, 'messages were dropped just now'),
         ]
-        message = '; '.join(sentence for present, sentence in problems if present)
+        present = [sentence for there, sentence in problems if there]
+        message = '; '.join([*self._problems(), *present])
         facts = {**self._facts(), **self.counts}
         stamp = self._node.get_clock().now().to_msg()
         level = DiagnosticStatus.WARN if message else DiagnosticStatus.OK

@@ -59,10 +59,10 @@ class NodeParameters:
 
     def _on_changed(self, changes: list[Parameter]) -> None:
         self._apply(self.values(), {p.name for p in changes})
-        changed = ', '.join(f'{p.name} = {_plain(p.value)!r}' for p in changes)
+        changed = ', '.join(f'{p.name} = {plain(p.value)!r}' for p in changes)
         self._node.get_logger().info(f'From the next decision on: {changed}.')
 
 
-def _plain(value: Any) -> Any:
-    """Arrays as lists, for log messages."""
+def plain(value: Any) -> Any:
+    """Arrays as lists."""
     return list(value) if isinstance(value, (array, tuple)) else value

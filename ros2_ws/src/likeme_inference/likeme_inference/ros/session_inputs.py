@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -11,9 +12,10 @@ from std_msgs.msg import Header
 
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.world import World
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.input_sequencer import InputSequencer
 from likeme_inference.messages import motion_fields
-from likeme_inference.ros.diagnostics import SessionDiagnostics
+from likeme_inference.ros.diagnostics import LOG_PERIOD, SessionDiagnostics
 from likeme_inference.session_inputs import (
     CameraSilence,
     InputKind,
@@ -33,6 +35,11 @@ QUEUE_DEPTH = 100
 HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'message')
 #: Names of the topics' messages in diagnostics.
 COUNTED = {InputKind.DEMONSTRATION: 'demonstrations', InputKind.TABLE_STATE: 'table states'}
+#: Inputs that come once and are waited with while they cannot be logged. A table state is followed
+#: by the next one, and an operator is told.
+KEPT = (InputKind.DEMONSTRATION, InputKind.MOTION)
+#: A demonstration is made by hand: more than this many are not waited with.
+KEPT_INPUTS = 100
 
 
 class SessionInputs:
@@ -41,6 +48,8 @@ class SessionInputs:
     Live, an input is applied when it arrives. While replayed, messages wait until `hear_again`
     names them, and what arm and operator said comes from `hear_again` alone; see
     docs/replay_protocol.md.
+
+    An input that cannot be logged changes nothing: see KEPT.
 
     Publishes heard (Heard, reliable 100). Subscribes demonstration (reliable 10), table_state
     (reliable 1), hear_again (Heard, reliable 100). All on behalf of its node.
@@ -55,7 +64,7 @@ class SessionInputs:
         apply: Callable[[InputValue], list[SessionEvent]],
         publish: Callable[[SessionEvent], None], last_view: Callable[[], int],
     ) -> None:  # fmt: skip
-        """apply: applies an input to the session; ValueError if it is refused.
+        """apply: applies an input to the session; ValueError: refused, StoreError: not logged.
 
         publish: takes each event. last_view: stamp of the session's newest table state, ns.
         """
@@ -74,15 +83,36 @@ class SessionInputs:
         """Begin with a new session."""
         self.replayed, self.count = replayed, 0
         self._sequencer = InputSequencer()
+        self._kept: deque[tuple[InputKind, Callable[[], InputValue], dict[str, Any]]] = deque(
+            maxlen=KEPT_INPUTS
+        )
+
+    @property
+    def kept(self) -> int:
+        """Number of inputs that wait until they can be logged."""
+        return len(self._kept)
+
+    def poll(self) -> None:
+        """Try again what could not be logged."""
+        while self._kept:
+            try:
+                self._try(*self._kept[0])
+            except StoreError:
+                return
+            self._kept.popleft()
 
     def motion(self, report: MotionReport) -> None:
         """Apply the arm's report."""
         self._take(InputKind.MOTION, lambda: report, **motion_fields(report))
 
     def answer(self, answer: OperatorAnswer) -> None:
-        """Apply an operator's answer."""
+        """Apply an operator's answer.
+
+        Raises:
+            StoreError: it cannot be logged.
+        """
         fields = {'answer': int(answer.reply), 'message': answer.answered_by}
-        self._take(InputKind.ANSWER, lambda: answer, **fields)
+        self._try(InputKind.ANSWER, lambda: answer, fields)
 
     def silence(self) -> None:
         """Apply that the camera shows nothing new."""
@@ -116,7 +146,24 @@ class SessionInputs:
         self._take(kind, partial(read, msg, self._world), header=msg.header)
 
     def _take(self, kind: InputKind, read: Callable[[], InputValue], **fields: Any) -> None:
+        if self._kept and kind in KEPT:
+            self._kept.append((kind, read, fields))
+            return
+        try:
+            self._try(kind, read, fields)
+        except StoreError as error:
+            self._logger.error(
+                f'{kind.name} waits or is dropped, as it cannot be logged: {error}',
+                throttle_duration_sec=LOG_PERIOD,
+            )
+            if kind in KEPT:
+                self._kept.append((kind, read, fields))
+
+    def _try(
+        self, kind: InputKind, read: Callable[[], InputValue], fields: dict[str, Any]
+    ) -> None:
         events: list[SessionEvent] = []
+        fields = dict(fields)
         try:
             events = self._apply(read())
         except ValueError as error:

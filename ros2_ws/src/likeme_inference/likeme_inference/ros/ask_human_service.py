@@ -1,0 +1,74 @@
+"""The service ask_human: lists pending requests, takes the answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.node import Node
+
+from likeme_core.ros.time import stamp_ns
+from likeme_core.world import World
+from likeme_inference import messages
+from likeme_inference.experience.store_error import StoreError
+from likeme_inference.help_requests import (
+    AcceptedAnswer,
+    AnswerRefusedError,
+    HelpRequests,
+    ReadQuestion,
+)
+from likeme_msgs.srv import AskHuman
+
+
+class AskHumanService:
+    """Serves ask_human (AskHuman) on behalf of its node.
+
+    Attributes:
+        desk: the requests.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        world: World,
+        take: Callable[[AcceptedAnswer], None],
+        refusal: Callable[[], str],
+    ) -> None:
+        """take: applies an answer; raises StoreError: cannot be logged.
+
+        refusal: why no answer is taken at present; empty: they are.
+        """
+        self.desk = HelpRequests()
+        self._world, self._take, self._refusal = world, take, refusal
+        self._logger = node.get_logger()
+        node.create_service(AskHuman, 'ask_human', self._on_request)
+
+    def _on_request(
+        self, request: AskHuman.Request, response: AskHuman.Response
+    ) -> AskHuman.Response:
+        try:
+            response.message = self._serve(request)
+            response.success = True
+        except AnswerRefusedError as error:
+            response.message = str(error)
+            self._logger.warning(f'Answer refused: {error}')
+        response.pending = [messages.request_msg(self._world, item) for item in self.desk.pending]
+        return response
+
+    def _serve(self, request: AskHuman.Request) -> str:
+        if request.command == AskHuman.Request.LIST:
+            return f'{len(self.desk.pending)} pending.'
+        if request.command != AskHuman.Request.ANSWER:
+            raise AnswerRefusedError(
+                f'Expected command 0 LIST or 1 ANSWER, got {request.command}.'
+            )
+        if refusal := self._refusal():
+            raise AnswerRefusedError(refusal)
+        read = ReadQuestion(request.object, request.action, stamp_ns(request.stamp))
+        answer = self.desk.check(request.request_id, request.answer, request.answered_by, read)
+        try:
+            self._take(answer)
+        except StoreError as error:
+            raise AnswerRefusedError(
+                f'The answer cannot be logged, so nothing follows from it: {error}'
+            ) from error
+        return answer.sentence

@@ -1,0 +1,155 @@
+"""Takes a session up where the decision log says that it was."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from likeme_core.world import World
+from likeme_inference.help_requests import ANSWERS_KEPT, AcceptedAnswer
+from likeme_inference.session_log import ELSEWHERE, SessionLog
+from likeme_inference.tabletop.session_state import Phase, SessionState
+from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome
+from likeme_inference.value_json import from_json, to_text
+
+if TYPE_CHECKING:
+    from likeme_inference.experience.decision_log import DecisionLog, LogEntry
+
+T = TypeVar('T')
+#: What is open in these phases.
+OPEN = {
+    Phase.TURN: 'the turn that follows the demonstration of {demonstration}',
+    Phase.ASKING: 'the question about {decision}',
+    Phase.ACTING: 'the motion of {decision}',
+    Phase.CONFIRMING: 'the look at how {decision} ended',
+}
+
+
+@dataclass(frozen=True)
+class Restored:
+    """What a node takes up.
+
+    Attributes:
+        state: of the session, with its last decision.
+        belief, outcome: the last ones, if they are of this world.
+        decided: the decision that `outcome` ended.
+        motion: id of the request of the decision under way; empty: the arm was not asked yet.
+        answers: the last ones.
+        sentence: what is restored; empty: nothing.
+    """
+
+    state: SessionState = field(default_factory=SessionState)
+    belief: GoalBelief | None = None
+    outcome: Outcome | None = None
+    decided: Decision | None = None
+    motion: str = ''
+    answers: tuple[AcceptedAnswer, ...] = ()
+    sentence: str = ''
+
+
+def restore(log: SessionLog) -> Restored:
+    """Read what the node's last run left.
+
+    Raises:
+        StoreError: the log cannot be read, or an entry that is needed is not what was written.
+    """
+    if log.log is None:
+        return Restored()
+    there = _Reader(log.log, log.world, f'"cell":{to_text(log.cell)}')
+    entry, decisions = there.entry('session'), there.last_decision()
+    if entry is None:
+        return Restored(SessionState(decisions=decisions))
+    known = entry.data
+    if known['world'] != log.world.label:
+        why = f'was last written in the world {known["world"]}; this is {log.world.label}'
+    else:
+        try:
+            return _taken_up(there, known['state'], decisions)
+        except (KeyError, ValueError, TypeError) as error:
+            why = f'has no session to take up in entry {entry.number}: {error}'
+    sentence = f'The decision log {log.place} {why}. A new session begins.'
+    return Restored(SessionState(decisions=decisions), sentence=sentence)
+
+
+class _Reader:
+    """Reads the entries of one cell."""
+
+    def __init__(self, log: DecisionLog, world: World, own: str) -> None:
+        self.place = log.place
+        self._log, self._world, self._own = log, world, own
+
+    def entry(self, kind: str, *holding: str) -> LogEntry | None:
+        return self._log.newest(kind, self._own, *holding)
+
+    def value(self, kind: str, of: type[T]) -> T | None:
+        """The newest one of a kind, if it is of this world."""
+        entry = self.entry(kind)
+        return None if entry is None else self._read(entry, of)
+
+    def last_decision(self) -> int:
+        entry = self.entry('decision')
+        return 0 if entry is None else int(entry.data['decision']['id'])
+
+    def decision(self, number: int | None) -> Decision | None:
+        """The decision of a number.
+
+        Raises:
+            ValueError: there is none.
+        """
+        if number is None:
+            return None
+        entry = self.entry('decision', f'"id":{number},')
+        if entry is None or entry.data['decision']['id'] != number:
+            raise ValueError(f'decision {number} is not there')
+        return from_json(Decision, entry.data['decision'], self._world)
+
+    def state(self, kept: Mapping[str, Any]) -> SessionState:
+        plain = from_json(SessionState, {**kept, **ELSEWHERE}, self._world)
+        # A timeout counts from the first table state on.
+        return replace(plain, decision=self.decision(kept['decision']), resumed_at=None)
+
+    def motion(self, decision: Decision) -> str:
+        """Id of the request that was made for a decision; empty: none was."""
+        entry = self.entry('motion_requested')
+        if entry is None or entry.data['decision'] != decision.id:
+            return ''
+        return str(entry.data['id'])
+
+    def answers(self) -> tuple[AcceptedAnswer, ...]:
+        entries = self._log.entries(['answer'], ANSWERS_KEPT, self._own)
+        read = (self._read(entry, AcceptedAnswer) for entry in entries)
+        return tuple(answer for answer in read if answer is not None)
+
+    def _read(self, entry: LogEntry, of: type[T]) -> T | None:
+        data = entry.data
+        if data.pop('world') != self._world.label:
+            return None
+        del data['cell']
+        return from_json(of, data, self._world)
+
+
+def _taken_up(there: _Reader, kept: Mapping[str, Any], decisions: int) -> Restored:
+    state = replace(there.state(kept), decisions=decisions)
+    acting = state.decision if state.phase is Phase.ACTING else None
+    outcome = there.value('outcome', Outcome)
+    return Restored(
+        state,
+        there.value('belief', GoalBelief),
+        outcome,
+        there.decision(outcome.decision_id) if outcome else None,
+        there.motion(acting) if acting else '',
+        there.answers(),
+        _sentence(there.place, state),
+    )
+
+
+def _sentence(place: str, state: SessionState) -> str:
+    if state.phase not in OPEN:
+        return f'Restored from {place}: nothing was under way.'
+    decision, demo = state.decision, state.demonstration
+    what = OPEN[state.phase].format(
+        decision=f'decision {decision.id} on {decision.object}' if decision else '',
+        demonstration=demo.object if demo else '',
+    )
+    return f'Restored from {place}: {what} goes on ({state.phase.name}).'

@@ -1,0 +1,177 @@
+"""A session that is written down and taken up again goes on as if nothing had happened."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from random_inputs import random_inputs
+from session_values import ns, shown, table
+
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.paper_world import LEFT, RIGHT, WORLD
+from likeme_core.tabletop import Mode
+from likeme_inference.decision_record import (
+    decision_record,
+    recorded_world,
+    rederive,
+    world_record,
+)
+from likeme_inference.experience.decision_log import DecisionLog
+from likeme_inference.logged_session import LoggedSession
+from likeme_inference.session_inputs import InputValue, SessionEvent, apply_input
+from likeme_inference.session_log import SessionLog
+from likeme_inference.session_restore import restore
+from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.imitation import ImitationSettings
+from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.session import ImitationSession
+from likeme_inference.tabletop.session_state import Phase, SessionState
+from likeme_inference.tabletop.values import Decision, MotionReport, Outcome
+from likeme_inference.value_json import from_json, to_json, to_text
+
+MODEL = shipped()
+STEPS = 120
+
+
+def through_text(state: SessionState) -> SessionState:
+    return from_json(SessionState, json.loads(to_text(to_json(state))), WORLD)
+
+
+def taken(session: ImitationSession, value: InputValue) -> list[SessionEvent] | str:
+    """What an input leads to, or why it is refused."""
+    try:
+        return apply_input(session, value)
+    except ValueError as error:
+        return str(error)
+
+
+def settings_for(seed: int) -> ImitationSettings:
+    mode = list(Mode)[seed % len(Mode)]
+    return ImitationSettings(mode=mode, turn_delay=seed % 2 / 2, concentration=0.1 * (seed % 3))
+
+
+def test_every_phase_goes_on_after_being_written_and_read() -> None:
+    phases: Counter[Phase] = Counter()
+    for seed in range(10):
+        settings = settings_for(seed)
+        whole = ImitationSession(MODEL, settings)
+        parts = ImitationSession(MODEL, settings)
+        for value in random_inputs(random.Random(seed), whole, STEPS):
+            parts = ImitationSession(MODEL, settings, through_text(parts.state))
+            phases[whole.phase] += 1
+            # repr: NaN is not equal to itself.
+            assert repr(taken(whole, value)) == repr(taken(parts, value)), f'seed {seed}'
+            assert to_json(whole.state) == to_json(parts.state), f'seed {seed}'
+    assert min(phases[phase] for phase in Phase) > 20, phases
+
+
+def logged(path: Path, settings: ImitationSettings, state: SessionState) -> LoggedSession:
+    log = SessionLog(DecisionLog(str(path)), WORLD, 'robot/0/node', 'run')
+    return LoggedSession(ImitationSession(MODEL, settings, state), log)
+
+
+def story(events: list[SessionEvent]) -> list[tuple[object, ...]]:
+    """What was decided and how it ended, without stamps."""
+    return [
+        (event.id, event.kind, event.action, event.object) if isinstance(event, Decision)
+        else (event.decision_id, event.result, event.x_f, event.actor)
+        for event in events
+        if isinstance(event, (Decision, Outcome))
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_a_session_restored_from_its_log_after_every_step(tmp_path: Path, seed: int) -> None:
+    """Without a delay before the turn, which counts anew, decisions and outcomes are the same."""
+    settings = ImitationSettings(mode=list(Mode)[seed], turn_delay=0.0)
+    whole = ImitationSession(MODEL, settings)
+    path = tmp_path / 'log.sqlite'
+    parts = logged(path, settings, SessionState())
+    expected: list[SessionEvent] = []
+    got: list[SessionEvent] = []
+    for value in random_inputs(random.Random(100 + seed), whole, 60):
+        restored = restore(parts.log)
+        # The newest table state is not in the log; the camera goes on.
+        restored.state.latest = parts.session.state.latest
+        restored.state.last_view = parts.session.state.last_view
+        restored.state.resumed_at = 0
+        parts = LoggedSession(ImitationSession(MODEL, settings, restored.state), parts.log)
+        outcome = taken(whole, value)
+        if isinstance(outcome, str):
+            with pytest.raises(ValueError, match=re.escape(outcome)):
+                parts.apply(value)
+        else:
+            expected += outcome
+            got += parts.apply(value)
+    assert story(got) == story(expected)
+    assert len(story(got)) > 3
+    assert not DecisionLog(str(path)).verify().problem
+
+
+def test_ids_go_on_after_the_last_one_of_the_log(tmp_path: Path) -> None:
+    path, settings = tmp_path / 'log.sqlite', ImitationSettings()
+    here = logged(path, settings, SessionState())
+    for value in (shown('chicken', RIGHT, LEFT, 3), table(4, chicken=LEFT)):
+        here.apply(value)
+    assert here.session.decision is not None
+    assert here.session.decision.id == 1
+    again = logged(path, settings, restore(here.log).state)
+    for value in (shown('chicken', LEFT, RIGHT, 9), table(9, chicken=RIGHT)):
+        again.apply(value)
+    assert again.session.decision is not None
+    assert (again.session.decision.id, again.session.decision.kind) == (2, Kind.EXECUTE)
+    # A replay counts from 1, is not written, and leaves the numbers alone.
+    again.apply(MotionReport(MotionOutcome.COMPLETED, 'Done.', ns(20)))
+    again.restart(replayed=True)
+    written = len(list(DecisionLog(str(path)).entries()))
+    again.apply(shown('chicken', RIGHT, LEFT, 3))
+    assert again.apply(table(4, chicken=LEFT))[0].id == 1  # type: ignore[union-attr]
+    assert len(list(DecisionLog(str(path)).entries())) == written
+    again.restart(replayed=False)
+    again.apply(shown('chicken', RIGHT, LEFT, 33))
+    assert again.apply(table(34, chicken=LEFT))[0].id == 3  # type: ignore[union-attr]
+
+
+def test_a_log_of_another_world_begins_anew_and_says_both_names(tmp_path: Path) -> None:
+    here = logged(tmp_path / 'log.sqlite', ImitationSettings(), SessionState())
+    for value in (shown('chicken', RIGHT, LEFT, 3), table(4, chicken=LEFT)):
+        here.apply(value)
+    other = WORLD.only('pear')
+    restored = restore(SessionLog(here.log.log, other, 'robot/0/node', 'run'))
+    assert restored.state == SessionState(decisions=1)
+    assert WORLD.label in restored.sentence
+    assert other.label in restored.sentence
+    # Another cell's session in the same log is not this one's.
+    assert restore(SessionLog(here.log.log, WORLD, 'robot/9/node', 'run')).state == SessionState()
+
+
+@pytest.mark.parametrize('shared', [False, True])
+def test_a_decision_is_made_again_from_its_record(shared: bool) -> None:
+    session = ImitationSession(MODEL, ImitationSettings(shared_prior=shared, turn_delay=0))
+    apply_input(session, shown('pear', RIGHT, LEFT, 3))
+    decision = apply_input(session, table(5, pear=RIGHT))[0]
+    assert isinstance(decision, Decision)
+    record = json.loads(to_text(decision_record(session, decision)))
+    names = json.loads(to_text(world_record(WORLD)))
+    assert rederive(record, recorded_world(names)) == []
+    assert len(record['model']['counts']) == (3 if shared else 1)
+    # Any number that matters, when it is another one.
+    record['model']['counts'][0][1][1][3][0] += 1
+    assert any('p' in difference for difference in rederive(record, recorded_world(names)))
+
+
+def test_values_that_do_not_fit_are_refused() -> None:
+    good = to_json(SessionState())
+    for field, value in (
+        ('phase', 'FLYING'), ('spent', 'x'), ('spent', True), ('closed', ['pear']), ('actor', 3),
+        ('latest', {'stamp': 1}),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=r'Expected|got'):
+            from_json(SessionState, good | {field: value}, WORLD)
+    with pytest.raises(ValueError, match='Expected a SessionState of'):
+        from_json(SessionState, {'phase': 'IDLE'}, WORLD)
