@@ -16,7 +16,7 @@ from domain_coordinator import domain_id
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from likeme_bringup.parameter_files import COMMON, OF_THE_WORLD
+from likeme_bringup.parameter_files import COMMON, of_the_world
 from likeme_bringup.ros.param_command import flow, limits
 from likeme_bringup.start_cell import MODULES
 
@@ -53,7 +53,7 @@ def section(node: Node) -> Iterator[str]:
         about = node.describe_parameter(name)
         yield f'    # {about.description.rstrip(".")}{limits(about)}.'
         # Their values here would put the geometry of one world into another.
-        mark = '# ' if name in OF_THE_WORLD.get(node.get_name(), ()) else ''
+        mark = '# ' if name in of_the_world(node.get_name()) else ''
         yield f'    {mark}{name}: {flow(parameter.value)}'
 
 
