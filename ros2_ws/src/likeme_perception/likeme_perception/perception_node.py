@@ -160,7 +160,7 @@ class PerceptionNode(ManagedNode):
         begin = time.perf_counter()
         result = self._reader.read(colour, depth)
         if result.restarted:
-            self.get_logger().info('Stamps went back: objects are tracked anew.')
+            self.get_logger().info('Stamps do not follow the last ones: objects are tracked anew.')
         table, frame = result.table, result.frame
         if table is None or frame is None:
             self._count_drop(result.reason, result.sentence)
