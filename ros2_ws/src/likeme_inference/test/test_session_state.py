@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import random
 import re
+import sqlite3
 from collections import Counter
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -22,6 +24,7 @@ from likeme_inference.decision_record import (
     world_record,
 )
 from likeme_inference.experience.decision_log import DecisionLog
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.logged_session import LoggedSession
 from likeme_inference.session_inputs import InputValue, SessionEvent, apply_input
 from likeme_inference.session_log import SessionLog
@@ -212,3 +215,59 @@ def test_values_that_do_not_fit_are_refused() -> None:
             from_json(SessionState, good | {field: value}, WORLD)
     with pytest.raises(ValueError, match='Expected a SessionState of'):
         from_json(SessionState, {'phase': 'IDLE'}, WORLD)
+
+
+def test_what_cannot_be_written_has_not_happened(tmp_path: Path) -> None:
+    path = tmp_path / 'log.sqlite'
+    log = SessionLog(DecisionLog(str(path), lock_timeout=0.05), WORLD, 'cell', 'run')
+    now = 0.0
+    log._now = lambda: now
+    here = LoggedSession(ImitationSession(MODEL, ImitationSettings()), log)
+    here.apply(table(2, chicken=LEFT))
+    act = shown('chicken', RIGHT, LEFT, 3)
+    log.note('remark', {'sentence': 'The log is there.'})
+    with closing(sqlite3.connect(path, isolation_level=None)) as other:
+        other.execute('BEGIN IMMEDIATE')
+        before = here.session.state.copy()
+        with pytest.raises(StoreError, match='is locked'):
+            here.apply(act)
+        assert here.session.state == before
+        assert here.session.phase is Phase.IDLE
+        log.note('hold', {'change': 1})
+    # Not tried again at once: every attempt may block the node.
+    with pytest.raises(StoreError, match='is locked'):
+        here.apply(act)
+    now = 2.0
+    here.apply(act)
+    assert (here.session.phase, log.problem) == (Phase.TURN, '')
+    kinds = [entry.kind for entry in DecisionLog(str(path)).entries()]
+    assert kinds == ['remark', 'remark', 'hold', 'demonstration', 'belief', 'session']
+
+
+def test_a_timeout_counts_anew_after_a_restart(tmp_path: Path) -> None:
+    """The outcome is waited for as long as if the motion had just ended."""
+    settings = ImitationSettings(outcome_timeout=10.0)
+    here = logged(tmp_path / 'log.sqlite', settings, SessionState())
+    for value in (
+        shown('chicken', RIGHT, LEFT, 3), table(3, chicken=LEFT),
+        shown('chicken', LEFT, RIGHT, 9), table(9, chicken=RIGHT),
+        MotionReport(MotionOutcome.COMPLETED, 'Done.', ns(20)),
+    ):  # fmt: skip
+        here.apply(value)
+    again = logged(tmp_path / 'log.sqlite', settings, restore(here.log).state)
+    assert again.session.phase is Phase.CONFIRMING
+    for at in (100, 105, 110):
+        assert again.apply(table(at, settled=False, chicken=LEFT)) == []
+    (outcome,) = again.apply(table(110.1, settled=False, chicken=LEFT))
+    assert isinstance(outcome, Outcome)
+
+
+def test_a_changed_entry_is_not_taken_up(tmp_path: Path) -> None:
+    path = tmp_path / 'log.sqlite'
+    here = logged(path, ImitationSettings(), SessionState())
+    here.apply(shown('chicken', RIGHT, LEFT, 3))
+    with closing(sqlite3.connect(path)) as raw, raw:
+        raw.execute('DROP TRIGGER likeme_log_no_update')
+        raw.execute("UPDATE likeme_log SET text = replace(text, 'chicken', 'pear')")
+    with pytest.raises(StoreError, match=r'entry 3 is not what was written: see log\.sh verify'):
+        restore(here.log)
