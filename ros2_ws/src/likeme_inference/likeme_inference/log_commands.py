@@ -14,8 +14,8 @@ import typer
 
 from likeme_core.cli import Domain
 from likeme_core.state_folder import state_folder
-from likeme_inference.experience.store_error import StoreError
 from likeme_inference.experience.decision_log import LOG_FILE, DecisionLog, LogEntry
+from likeme_inference.experience.store_error import StoreError
 from likeme_inference.log_story import Story, line, sentence
 
 app = typer.Typer(

@@ -7,8 +7,8 @@ from datetime import datetime
 from typing import Any
 
 from likeme_inference.decision_record import recorded_world, rederive
-from likeme_inference.experience.store_error import StoreError
 from likeme_inference.experience.decision_log import DecisionLog, LogEntry
+from likeme_inference.experience.store_error import StoreError
 
 #: Kinds that belong to the decision of the number in this field.
 NUMBER_OF = {
