@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Usage: scripts/ask_human.sh [--by NAME] | list | answer ID done|try|skip [--by NAME]
+# Usage: scripts/ask_human.sh [--by NAME] | list | answer ID done|try|skip [--by NAME] [--object NAME]
 #                             [--network] [--domain N]
 #
 # CLI client of ask_human. Without arguments it waits for requests and reads answers from the
@@ -9,6 +9,7 @@
 #   answer ID done           "I did it by hand": the camera decides the outcome
 #   answer ID try            "try your best action anyway"
 #   answer ID skip           "skip it"
+#   --object NAME            answer only a request about this object
 #   --by NAME                name of the operator (default: the user name)
 #   --network                look for the cell on other machines of the subnet too
 #   --domain N               ROS domain (default: ROS_DOMAIN_ID or 0)

@@ -48,6 +48,7 @@ if [[ -z ${LIKEME_NO_WORKSPACE:-} ]]; then
     [[ -d $_likeme_prefix/share/ament_index ]] || continue
     _likeme_prepend AMENT_PREFIX_PATH "$_likeme_prefix"
     [[ ! -d $_likeme_prefix/share/$_likeme_name/cmake ]] || _likeme_prepend CMAKE_PREFIX_PATH "$_likeme_prefix"
+    [[ ! -d $_likeme_prefix/bin ]] || _likeme_prepend PATH "$_likeme_prefix/bin"
     for _likeme_path in "$_likeme_prefix"/lib/python3.*/site-packages; do
       [[ ! -d $_likeme_path ]] || _likeme_prepend PYTHONPATH "$_likeme_path"
     done

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Usage: scripts/log.sh show [-n N] [--kind KIND]... [--json] | why DECISION | verify [--head HASH]
+# Usage: scripts/log.sh show [--last N] [--kind KIND]... [--json] | why DECISION | verify [--head HASH]
 #                       | export [FILE] [--store PLACE] [--domain N] [--namespace NS]
 #
 # The decision log of a cell: what was seen, believed, decided, asked, answered, done and held, and by
 # whom. The inference node writes it before anything follows from it.
 #
-#   show                the newest entries: -n N of them (default: 20), only of some kinds
+#   show                the newest entries: -n N or --last N of them (default: 20), only of some kinds
 #   why DECISION        how a decision came about and ended; it is made again from its record
 #   verify              finds any changed, removed, inserted or moved entry; prints the head's hash.
 #                       Entries cut off at the end are found by a hash noted earlier: --head HASH

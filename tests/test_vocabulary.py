@@ -116,6 +116,10 @@ def test_every_script_has_help(script: Path) -> None:
         ('record.sh', 'likeme_replay.record', ()),
         ('replay.sh', 'likeme_replay.replay', ()),
         ('ask_human.sh', 'likeme_inference.ask_human_node', ('answer',)),
+        ('log.sh', 'likeme_inference.log_commands', ('show',)),
+        ('log.sh', 'likeme_inference.log_commands', ('verify',)),
+        ('log.sh', 'likeme_inference.log_commands', ('why',)),
+        ('log.sh', 'likeme_inference.log_commands', ('export',)),
     ],
 )
 def test_a_scripts_help_names_every_option(

@@ -16,7 +16,7 @@ from domain_coordinator import domain_id
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from likeme_bringup.parameter_files import COMMON, OF_THE_WORLD
+from likeme_bringup.parameter_files import COMMON, of_the_world
 from likeme_bringup.ros.param_command import flow, limits
 from likeme_bringup.start_cell import MODULES
 
@@ -43,17 +43,18 @@ def node_class(module: str) -> Callable[[], Node]:
 
 
 def section(node: Node) -> Iterator[str]:
-    """The YAML lines of one node."""
-    yield from ('', f'{node.get_name()}:', '  ros__parameters:')
+    """The YAML lines of one node; none of one without parameters."""
     # Annotated as values in rclpy 7.1; they are parameters.
-    parameters = cast(dict[str, Parameter], node.get_parameters_by_prefix(''))
+    every = cast(dict[str, Parameter], node.get_parameters_by_prefix(''))
+    parameters = {n: each for n, each in every.items() if n.partition('.')[0] not in COMMON}
+    if parameters:
+        yield from ('', f'{node.get_name()}:', '  ros__parameters:')
     for name, parameter in parameters.items():
-        if name.partition('.')[0] not in COMMON:
-            about = node.describe_parameter(name)
-            yield f'    # {about.description.rstrip(".")}{limits(about)}.'
-            # Their values here would put the geometry of one world into another.
-            mark = '# ' if name in OF_THE_WORLD.get(node.get_name(), ()) else ''
-            yield f'    {mark}{name}: {flow(parameter.value)}'
+        about = node.describe_parameter(name)
+        yield f'    # {about.description.rstrip(".")}{limits(about)}.'
+        # Their values here would put the geometry of one world into another.
+        mark = '# ' if name in of_the_world(node.get_name()) else ''
+        yield f'    {mark}{name}: {flow(parameter.value)}'
 
 
 def cell_yaml() -> str:

@@ -12,6 +12,8 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
+        # On the PATH of a sourced workspace, where console scripts are not.
+        ('bin', ['bin/likeme']),
         (f'share/{package}/launch', sorted(glob('launch/*.launch.py'))),
         (f'share/{package}/config', sorted(glob('config/*'))),
     ],
@@ -35,6 +37,7 @@ setup(
             'arm = likeme_bringup.ros.cell_commands:arm',
             'cell = likeme_bringup.ros.cell_commands:cell',
             'demo = likeme_bringup.demo:run',
+            'likeme = likeme_bringup.likeme_command:main',
             'param = likeme_bringup.ros.param_command:param',
             'show = likeme_bringup.ros.cell_commands:show',
             'start_cell = likeme_bringup.start_cell:main',

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from likeme_arm.motion import ObjectView
+from likeme_core.stamps import nanoseconds, seconds
+
+#: s by which a camera's clock may be ahead of the driver's.
+CLOCK_TOLERANCE = 1.0
 
 
 class PerceivedObjects:
@@ -16,8 +20,17 @@ class PerceivedObjects:
         self._last: tuple[int, Mapping[str, ObjectView]] = 0, {}
         self._not_before = 0
 
-    def update(self, stamp: int, views: Mapping[str, ObjectView]) -> None:
-        """Replace the last table state, unless the new one is from before the last `clear`."""
+    def update(self, stamp: int, views: Mapping[str, ObjectView], now: int) -> None:
+        """Replace the last table state, unless the new one is from before the last `clear`.
+
+        Raises:
+            ValueError: it is from the future, and would never be too old.
+        """
+        if stamp > now + nanoseconds(CLOCK_TOLERANCE):
+            raise ValueError(
+                f'Expected a table_state from before now, got one from {seconds(stamp - now):.1f} '
+                's later: the clocks of camera and arm differ.'
+            )
         if stamp > self._not_before:
             self._last = stamp, views
 

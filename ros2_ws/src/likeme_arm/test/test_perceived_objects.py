@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from likeme_arm.motion import ObjectView
 from likeme_arm.perceived_objects import PerceivedObjects
 from likeme_core.paper_world import LEFT
@@ -14,7 +16,7 @@ def test_a_table_state_is_used_up_to_its_timeout() -> None:
     perceived = PerceivedObjects(timeout=2.0)
     assert perceived.view('pear', 5 * SECOND) is None
     assert perceived.age(5 * SECOND) == float('inf')
-    perceived.update(5 * SECOND, {'pear': PEAR})
+    perceived.update(5 * SECOND, {'pear': PEAR}, 5 * SECOND)
     assert perceived.view('pear', 7 * SECOND) == PEAR
     assert perceived.view('lemon', 7 * SECOND) is None
     assert perceived.view('pear', 7 * SECOND + 1) is None
@@ -23,10 +25,18 @@ def test_a_table_state_is_used_up_to_its_timeout() -> None:
 
 def test_table_states_from_before_a_reset_are_ignored() -> None:
     perceived = PerceivedObjects(timeout=2.0)
-    perceived.update(5 * SECOND, {'pear': PEAR})
+    perceived.update(5 * SECOND, {'pear': PEAR}, 5 * SECOND)
     perceived.clear(6 * SECOND)
     assert perceived.view('pear', 6 * SECOND) is None
-    perceived.update(6 * SECOND, {'pear': PEAR})
+    perceived.update(6 * SECOND, {'pear': PEAR}, 6 * SECOND)
     assert perceived.view('pear', 6 * SECOND) is None
-    perceived.update(6 * SECOND + 1, {'pear': PEAR})
+    perceived.update(6 * SECOND + 1, {'pear': PEAR}, 7 * SECOND)
     assert perceived.view('pear', 7 * SECOND) == PEAR
+
+
+def test_a_table_state_from_the_future_is_refused() -> None:
+    perceived = PerceivedObjects(timeout=2.0)
+    perceived.update(6 * SECOND, {'pear': PEAR}, 5 * SECOND)
+    with pytest.raises(ValueError, match=r'got one from 3600\.0 s later: the clocks'):
+        perceived.update(3605 * SECOND, {'pear': PEAR}, 5 * SECOND)
+    assert perceived.view('pear', 9 * SECOND) is None

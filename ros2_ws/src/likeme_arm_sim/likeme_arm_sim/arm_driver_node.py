@@ -131,7 +131,7 @@ class ArmDriverNode(Node):
             self.create_publisher(Clock, '/clock', 10) if publishes_clock else None
         )
         self._camera = CameraPublisher(self, self._cell) if camera else None
-        self._arm = ArmTopics(self, self._cell, self._driver.perceived) if arm else None
+        self._arm = ArmTopics(self, self._driver) if arm else None
         kept = QoSProfile(depth=MOTIONS_KEPT, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._motion_pub = self.create_publisher(Motion, 'motion', kept)
         self._motions = [

@@ -118,7 +118,8 @@ def test_a_reset_that_fails_is_logged(watched: Watched, monkeypatch: pytest.Monk
 
 
 def test_a_reset_clears_the_perceived_objects(watched: Watched) -> None:
-    watched.driver.perceived.update(watched.driver.now + 10, CHICKEN)
+    now = watched.driver.now
+    watched.driver.perceived.update(now + 10, CHICKEN, now)
     job = watched.driver.reset([], [], 0)
     assert job is not None
     job.result(10.0)

@@ -10,16 +10,19 @@ from typing import Any
 from ament_index_python.packages import get_package_share_directory
 
 from likeme_core.yaml_files import read_yaml
-from likeme_perception.node_settings import GEOMETRY
 
 # Parameters of every node.
 COMMON = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
-# Parameters of each node that come from the world unless they are set; comments in cell.yaml.
-OF_THE_WORLD: dict[str, tuple[str, ...]] = {
-    'perception_node': GEOMETRY,
-    'inference_node': ('goal_prior',),
-    'arm_driver': ('initial_states',),
-}
+
+
+def of_the_world(node: str) -> tuple[str, ...]:
+    """A node's parameters that come from the world unless they are set; comments in cell.yaml."""
+    if node == 'perception_node':
+        # Brings scipy, which what only starts nodes does without.
+        from likeme_perception.node_settings import GEOMETRY
+
+        return GEOMETRY
+    return {'inference_node': ('goal_prior',), 'arm_driver': ('initial_states',)}.get(node, ())
 
 
 def validated(path: Path) -> Path:
@@ -51,9 +54,7 @@ def _check_names(
     if nodes[0] not in known:
         raise ValueError(f'expected one of the nodes {", ".join(known)} in {path}, got {node!r}')
     names = [
-        name
-        for each in nodes
-        for name in (*known[each]['ros__parameters'], *OF_THE_WORLD.get(each, ()))
+        name for each in nodes for name in (*known[each]['ros__parameters'], *of_the_world(each))
     ]
     for name in parameters:
         if name not in names and name.partition('.')[0] not in COMMON:

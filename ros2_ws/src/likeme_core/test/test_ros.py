@@ -89,7 +89,8 @@ def test_diagnostics_hold_one_status_with_its_values() -> None:
     array = diagnostics_msg('camera', DiagnosticStatus.WARN, 'slow', {'rate': 3.5}, time_msg(5))
     (status,) = array.status
     assert (status.name, status.level, status.message) == ('camera', DiagnosticStatus.WARN, 'slow')
-    assert [(v.key, v.value) for v in status.values] == [('rate', '3.5')]
+    assert [v.key for v in status.values] == ['rate', 'version']
+    assert status.values[0].value == '3.5'
     assert stamp_ns(array.header.stamp) == 5
 
 

@@ -39,6 +39,7 @@ def test_the_arm_may_have_moved_unless_the_request_was_refused() -> None:
         MotionOutcome.NO_IK_SOLUTION,
         MotionOutcome.HELD,
         MotionOutcome.FAILED,
+        MotionOutcome.LOST,
     }
 
 

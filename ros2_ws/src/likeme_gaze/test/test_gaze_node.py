@@ -19,6 +19,8 @@ from visualization_msgs.msg import MarkerArray
 
 from graph import LATCHED, Graph, NodeProcess
 from in_process import refusal
+from likeme_core.heartbeats import NodeState
+from likeme_core.ros.heartbeat import HeartbeatSubscriber
 from likeme_gaze.gaze_node import main
 from likeme_gaze.mentor import messages
 from likeme_gaze.mentor.head_pose import HeadPose
@@ -136,13 +138,18 @@ BAD_POSES = {
 
 def test_invalid_inputs_are_counted_and_change_nothing(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
+        nodes = HeartbeatSubscriber(graph.node).monitor.nodes
         mentor = Mentor(graph)
+        graph.until(lambda: '/gaze_node' in nodes, 10, 'a heartbeat')
+        assert nodes['/gaze_node'].state is NodeState.READY
         mentor.pose_pub.publish(message(head(1)))
         graph.until(lambda: mentor.facts().get('refused: no start pose') == '1', 10, 'a rejection')
         for pose, _ in BAD_STARTS.values():
             mentor.start_pub.publish(message(pose))
         graph.until(lambda: mentor.facts().get('refused: not usable') == '1', 10, 'rejections')
         assert mentor.diagnostics[-1].status[0].level == b'\x01'
+        assert mentor.facts()['health'] == 'degraded: inputs were refused recently'
+        assert nodes['/gaze_node'].state is NodeState.DEGRADED
         assert mentor.markers == []
 
         mentor.start(head(100))

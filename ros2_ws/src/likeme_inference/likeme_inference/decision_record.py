@@ -12,7 +12,7 @@ from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_core.world import World, load_world
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.domain import Policy, domain_of
-from likeme_inference.tabletop.imitation import ImitationSettings, decide
+from likeme_inference.tabletop.imitation import ImitationSettings, can_infer, decide, no_trials
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.values import Decision
@@ -30,11 +30,12 @@ def world_record(world: World) -> dict[str, Any]:
         'states': [state.name for state in world.states],
         'out_of_reach': [state.name for state in world.states if state in world.out_of_reach],
         'actions': [[a.name, a.manner.name, a.target.name] for a in world.actions],
+        'objects': list(world.objects),
     }
 
 
 def recorded_world(record: Mapping[str, Any]) -> World:
-    """A world of the recorded states and actions; its geometry and its objects are the default's.
+    """A world of the recorded names; its geometry, looks and weights are the default's.
 
     Raises:
         KeyError, ValueError, TypeError: the record is incomplete.
@@ -51,18 +52,24 @@ def recorded_world(record: Mapping[str, Any]) -> World:
         Action(number, name, Manner[manner], states[target])
         for number, (name, manner, target) in enumerate(record['actions'])
     )
-    return replace(default, region_entries=entries, actions=actions)
+    objects = tuple(replace(default.object_entries[0], name=name) for name in record['objects'])
+    return replace(default, region_entries=entries, actions=actions, object_entries=objects)
 
 
-def decision_record(session: ImitationSession, decision: Decision) -> dict[str, Any]:
-    """The record of the decision that a session has just made."""
+def decision_record(
+    session: ImitationSession, decision: Decision, demonstration: Demonstration | None = None
+) -> dict[str, Any]:
+    """The record of the decision that a session has just made.
+
+    demonstration: that it is about, if the session did not take it up.
+    """
     here, settings = session.state, session.settings
     model = session.model
     objects = list(model.objects) if settings.shared_prior else [decision.object]
     return {
         'world': settings.world.label,
         'decision': to_json(decision),
-        'demonstration': to_json(here.demonstration),
+        'demonstration': to_json(demonstration or here.demonstration),
         'view': to_json(here.latest),
         'spent': here.spent - (decision.kind is Kind.EXECUTE),
         'settings': {
@@ -74,7 +81,11 @@ def decision_record(session: ImitationSession, decision: Decision) -> dict[str, 
             'name': model.name,
             'version': model.version,
             # [x_i, a, x_f] of each object; a list, as their order matters to the last digit.
-            'counts': [[name, model.objects[name].counts.tolist()] for name in objects],
+            'counts': [
+                [name, model.objects[name].counts.tolist()]
+                for name in objects
+                if name in model.objects
+            ],
         },
     }
 
@@ -85,7 +96,7 @@ class Inputs(NamedTuple):
     model: RobotModel
     settings: ImitationSettings
     demonstration: Demonstration
-    view: TableSnapshot
+    view: TableSnapshot | None
     spent: int
 
 
@@ -111,7 +122,7 @@ def recorded_inputs(record: Mapping[str, Any], world: World) -> Inputs:
         ),
         settings,
         from_json(Demonstration, record['demonstration'], world),
-        from_json(TableSnapshot, record['view'], world),
+        None if record['view'] is None else from_json(TableSnapshot, record['view'], world),
         int(record['spent']),
     )
 
@@ -124,17 +135,21 @@ def rederive(record: Mapping[str, Any], world: World) -> list[str]:
     """
     inputs = recorded_inputs(record, world)
     written = record['decision']
-    again = to_json(
-        decide(
-            inputs.model, inputs.settings, inputs.demonstration, inputs.view, written['id'],
-            inputs.spent,
-        )
-    )  # fmt: skip
+    again = to_json(_decided(inputs, written['id']))
     return [
         f'{name}: the log says {written.get(name)!r}, it follows {again.get(name)!r}.'
         for name in sorted(set(written) | set(again))
         if not _same(written.get(name), again.get(name))
     ]
+
+
+def _decided(inputs: Inputs, number: int) -> Decision:
+    model, settings, demo, view, spent = inputs
+    if not can_infer(model, settings, demo.object):
+        return no_trials(model, settings, demo, number)
+    if view is None:
+        raise ValueError('Expected a table state, got none.')
+    return decide(model, settings, demo, view, number, spent)
 
 
 def _same(one: Any, other: Any) -> bool:

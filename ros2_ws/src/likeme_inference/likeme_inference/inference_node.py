@@ -10,7 +10,7 @@ from typing import Any
 
 from rclpy.node import Node
 
-from likeme_core.heartbeats import NodeState
+from likeme_core.heartbeats import NodeState, described
 from likeme_core.observations import TableSnapshot
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.qos import LATCHED
@@ -398,6 +398,7 @@ class InferenceNode(Node):
             'inputs': self._inputs.count,
             'inputs not logged yet': self._inputs.kept,
             'decision log': self._logged.log.place or 'none',
+            'health': described(*self._node_state()),
         }
 
     def _problems(self) -> list[str]:

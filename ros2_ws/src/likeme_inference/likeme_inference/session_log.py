@@ -149,7 +149,7 @@ class SessionLog:
         """
         rows = [*_input_rows(value, session, answer)]
         for event in events:
-            rows += _event_rows(event, session)
+            rows += _event_rows(event, session, value)
         if session.state.differs(before):
             rows.append(self._state_row(session.state))
         if rows:
@@ -189,14 +189,18 @@ def _input_rows(
     return [] if answer is None else [('answer', to_json(answer))]
 
 
-def _event_rows(event: SessionEvent, session: ImitationSession) -> list[Row]:
+def _event_rows(event: SessionEvent, session: ImitationSession, value: InputValue) -> list[Row]:
     if isinstance(event, GoalBelief):
         return [('belief', to_json(event))]
     if isinstance(event, Outcome):
         return [('outcome', to_json(event))]
     if not isinstance(event, Decision):
         return [('remark', to_json(event))]
-    rows: list[Row] = [('decision', decision_record(session, event))]
+    # An object without trials leads to a decision, but not to a demonstration to imitate.
+    shown = value if isinstance(value, Demonstration) else None
+    if shown is not None and shown.stamp != event.demonstration:
+        shown = None
+    rows: list[Row] = [('decision', decision_record(session, event, shown))]
     if event.kind is Kind.ASK_HUMAN:
         rows.append(('question', to_json(help_request(event))))
     return rows

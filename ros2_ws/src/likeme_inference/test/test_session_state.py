@@ -29,6 +29,7 @@ from likeme_inference.session_restore import restore
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.session_state import Phase, SessionState
 from likeme_inference.tabletop.values import Decision, MotionReport, Outcome
@@ -163,6 +164,42 @@ def test_a_decision_is_made_again_from_its_record(shared: bool) -> None:
     # Any number that matters, when it is another one.
     record['model']['counts'][0][1][1][3][0] += 1
     assert any('p' in difference for difference in rederive(record, recorded_world(names)))
+
+
+def test_a_decision_at_the_put_back_is_made_again(tmp_path: Path) -> None:
+    """It is made when the act that undoes the demonstration is told."""
+    here = logged(tmp_path / 'log.sqlite', ImitationSettings(), SessionState())
+    for value in (
+        shown('chicken', RIGHT, LEFT, 3),
+        table(3, chicken=LEFT),
+        table(9, chicken=RIGHT),
+    ):
+        here.apply(value)
+    events = here.apply(shown('chicken', LEFT, RIGHT, 9))
+    assert isinstance(events[-1], Decision)
+    assert here.log.log is not None
+    names = json.loads(to_text(world_record(WORLD)))
+    for entry in here.log.log.entries(['decision']):
+        assert rederive(entry.data, recorded_world(names)) == []
+
+
+@pytest.mark.parametrize('concentration', [0.0, 0.5])
+def test_a_decision_on_an_object_without_trials_is_made_again(
+    tmp_path: Path, concentration: float
+) -> None:
+    model = RobotModel(
+        'few', '1', MODEL.sources, tuple(row for row in MODEL.rows if row.object != 'pear')
+    )
+    log = SessionLog(DecisionLog(str(tmp_path / 'log.sqlite')), WORLD, 'robot/0/node', 'run')
+    settings = ImitationSettings(concentration=concentration, turn_delay=0)
+    here = LoggedSession(ImitationSession(model, settings), log)
+    here.apply(shown('pear', RIGHT, LEFT, 3))
+    here.apply(table(5, pear=RIGHT))
+    assert log.log is not None
+    (entry,) = log.log.entries(['decision'])
+    names = json.loads(to_text(world_record(WORLD)))
+    assert rederive(entry.data, recorded_world(names)) == []
+    assert entry.data['decision']['object'] == 'pear'
 
 
 def test_values_that_do_not_fit_are_refused() -> None:

@@ -38,6 +38,19 @@ class FrameResult:
     background_learned: bool = False
 
 
+#: Reason and sentence for a frame whose stamp does not follow the one before.
+_OUT_OF_ORDER = {
+    'older': (
+        'older than the last',
+        'Expected stamps to increase, got a frame older than the one before it.',
+    ),
+    'ahead': (
+        'far ahead of the last',
+        'Expected stamps to go on, got a frame from the future of the one before it.',
+    ),
+}
+
+
 class FrameReader:
     """Decodes paired images in the order of their stamps and runs perception on them.
 
@@ -77,9 +90,9 @@ class FrameReader:
     def read(self, colour: Any, depth: Any) -> FrameResult:
         """Read a pair of Image messages."""
         order = self._order.classify(stamp_ns(depth.header.stamp))
-        if order == 'older':
-            sentence = 'Expected stamps to increase, got a frame older than the one before it.'
-            return FrameResult(reason='older than the last', sentence=sentence)
+        if order in _OUT_OF_ORDER:
+            reason, sentence = _OUT_OF_ORDER[order]
+            return FrameResult(reason=reason, sentence=sentence)
         restarted = order == 'restart' and self.perception is not None
         if restarted and self.perception is not None:
             self.perception.reset_tracking()

@@ -56,21 +56,37 @@ class StampOrder:
     """Accepts increasing stamps and detects that a stream has started again.
 
     A single older frame is late. Many in a row, or two jumps back by more than a second, are a
-    simulation or a recording that started again.
+    simulation or a recording that started again. A single frame that is far ahead has a wrong
+    stamp; if the next one follows it, the stream went on after a pause, or its clock was set.
     """
 
-    def __init__(self, late_frames: int = 30, jump: float = 1.0) -> None:
+    def __init__(self, late_frames: int = 30, jump: float = 1.0, ahead: float = 10.0) -> None:
+        """Set the limits.
+
+        Args:
+            late_frames: older frames in a row that are a new start.
+            jump: s back that count as a jump.
+            ahead: s forward that count as a jump.
+        """
         self._late_frames = late_frames
-        self._jump = int(jump * SECOND)
+        self._jump, self._ahead = int(jump * SECOND), int(ahead * SECOND)
         self._last: int | None = None
         self._older = 0
         self._jumps = 0
+        self._doubted: int | None = None
 
     def classify(self, stamp: int) -> str:
-        """Returns 'new' for a frame to use, 'older' for one to drop, 'restart' for a new start."""
-        if self._last is None or stamp > self._last:
+        """Whether to use a frame ('new'; 'restart': with new tracks) or not ('older', 'ahead')."""
+        doubted, self._doubted = self._doubted, None
+        if self._last is None or self._last < stamp <= self._last + self._ahead:
             self._accept(stamp)
             return 'new'
+        if stamp > self._last:
+            if doubted is not None and doubted < stamp <= doubted + self._ahead:
+                self._accept(stamp)
+                return 'restart'
+            self._doubted = stamp
+            return 'ahead'
         self._older += 1
         self._jumps += self._last - stamp > self._jump
         if self._older < self._late_frames and self._jumps < 2:

@@ -53,3 +53,12 @@ def test_many_older_frames_in_a_row_are_a_new_start() -> None:
     order.classify(900 * MS)
     taken = [order.classify((10 * k + 1) * MS) for k in range(31)]
     assert taken == ['older'] * 29 + ['restart', 'new']
+
+
+def test_one_stamp_from_the_future_is_dropped_and_a_pause_is_a_new_start() -> None:
+    order = StampOrder(ahead=10.0)
+    seconds = [1, 2, 3600, 3, 4, 20, 21, 22, 90, 3700, 91, 92]
+    assert [order.classify(s * 1000 * MS) for s in seconds] == [
+        'new', 'new', 'ahead', 'new', 'new', 'ahead', 'restart', 'new', 'ahead', 'ahead',
+        'ahead', 'restart',
+    ]  # fmt: skip

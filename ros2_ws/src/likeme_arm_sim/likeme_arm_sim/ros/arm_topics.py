@@ -6,9 +6,8 @@ from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
-from likeme_arm.perceived_objects import PerceivedObjects
 from likeme_arm_sim import messages
-from likeme_arm_sim.cell import Cell
+from likeme_arm_sim.simulation_driver import SimulationDriver
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.msg import TableState
 
@@ -23,8 +22,8 @@ class ArmTopics:
         dropped: number of table states that could not be used.
     """
 
-    def __init__(self, node: Node, cell: Cell, perceived: PerceivedObjects) -> None:
-        self._world, self._arm, self._perceived = cell.world, cell.arm, perceived
+    def __init__(self, node: Node, driver: SimulationDriver) -> None:
+        self._world, self._arm, self._driver = driver.cell.world, driver.cell.arm, driver
         self._logger = node.get_logger()
         self.dropped = 0
         self._joints = node.create_publisher(JointState, 'joint_states', 10)
@@ -37,8 +36,8 @@ class ArmTopics:
     def _on_table_state(self, message: TableState) -> None:
         try:
             views = messages.object_views(message, self._world)
+            stamp = stamp_ns(message.header.stamp)
+            self._driver.perceived.update(stamp, views, self._driver.now)
         except ValueError as error:
             self.dropped += 1
             self._logger.warning(str(error), throttle_duration_sec=WARNING_PERIOD)
-            return
-        self._perceived.update(stamp_ns(message.header.stamp), views)

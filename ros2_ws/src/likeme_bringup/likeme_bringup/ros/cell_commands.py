@@ -126,15 +126,15 @@ def parse_place(text: str) -> tuple[str, str]:
 
 
 def hold_command(network: Network = False, domain: Domain = 0) -> None:
-    """Stop every motion at once; the action in progress ends as HELD."""
+    """Hold every motion until it is resumed; the action in progress ends as HELD."""
     with client_node(network, domain) as node:
-        report(call(node, Trigger, 'cell/hold', Trigger.Request()))
+        report(call(node, Trigger, 'cell/hold', Trigger.Request(), repeated=True))
 
 
 def resume_command(network: Network = False, domain: Domain = 0) -> None:
     """Allow motion again after a hold."""
     with client_node(network, domain) as node:
-        report(call(node, Trigger, 'cell/resume', Trigger.Request()))
+        report(call(node, Trigger, 'cell/resume', Trigger.Request(), repeated=True))
 
 
 def report(result: CallResult) -> NoReturn:

@@ -19,6 +19,8 @@ from likeme_msgs.msg import TableState
 DISCOVERY_TIMEOUT = 8.0
 # For an answer, s. No motion takes longer: its server was replaced by another one meanwhile.
 ANSWER_TIMEOUT = 180.0
+# Between two calls of a request that may be repeated, s.
+REPEAT_PERIOD = 1.0
 # Between two checks that the server still exists, s.
 POLL_PERIOD = 0.5
 
@@ -44,32 +46,47 @@ def client_node(network: bool, domain: int) -> Iterator[Node]:
         rclpy.try_shutdown()
 
 
-def call(node: Node, kind: Any, name: str, request: Any) -> CallResult:
-    """Call a service whose response has `success` and `message`."""
+def call(node: Node, kind: Any, name: str, request: Any, repeated: bool = False) -> CallResult:
+    """Call a service whose response has `success` and `message`.
+
+    repeated: call again every s until it answers, for requests that may arrive twice: what is sent
+    while a killed server is still listed may be lost.
+    """
     client = node.create_client(kind, name)
     if not client.wait_for_service(timeout_sec=DISCOVERY_TIMEOUT):
         return CallResult(
             3, f'Nobody serves {name} on ROS domain {domain_of(node)}: is the cell running?'
         )
-    future = client.call_async(request)
+    futures = [client.call_async(request)]
     try:
-        return _wait_for_response(node, client, future)
+        return _wait_for_response(node, client, futures, request if repeated else None)
     except (KeyboardInterrupt, ExternalShutdownException):
         return CallResult(
             130, f'No longer waiting for {name}. A motion goes on; `cell.sh hold` stops it.'
         )
 
 
-def _wait_for_response(node: Node, client: Any, future: Any) -> CallResult:
-    """Wait until the response comes, its server is gone, or ANSWER_TIMEOUT has passed."""
-    deadline = time.monotonic() + ANSWER_TIMEOUT
-    while not future.done():
-        rclpy.spin_until_future_complete(node, future, timeout_sec=POLL_PERIOD)
-        if not future.done() and not client.service_is_ready():
+def _wait_for_response(
+    node: Node, client: Any, futures: list[Any], again: Any | None
+) -> CallResult:
+    """Wait until a response comes, its server is gone, or ANSWER_TIMEOUT has passed.
+
+    again: the request to repeat; None: it is sent once.
+    """
+    deadline, sent = time.monotonic() + ANSWER_TIMEOUT, time.monotonic()
+    while not (done := [future for future in futures if future.done()]):
+        rclpy.spin_once(node, timeout_sec=POLL_PERIOD)
+        now = time.monotonic()
+        if any(future.done() for future in futures):
+            continue
+        if not client.service_is_ready():
             return CallResult(3, f'{client.srv_name} went away before it answered.')
-        if not future.done() and time.monotonic() > deadline:
+        if now > deadline:
             return CallResult(3, f'{client.srv_name} gave no answer within {ANSWER_TIMEOUT:g} s.')
-    response = future.result()
+        if again is not None and now - sent > REPEAT_PERIOD:
+            futures.append(client.call_async(again))
+            sent = now
+    response = done[0].result()
     return CallResult(0 if response.success else 1, response.message)
 
 

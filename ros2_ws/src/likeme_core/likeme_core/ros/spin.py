@@ -13,8 +13,12 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from likeme_core.ros.time import steady_clock
+
 #: Longest time until a signal is noticed, s.
 SIGNAL_PERIOD = 0.2
+#: s after the start within which a simulated clock must have been heard.
+CLOCK_CHECK_DELAY = 5.0
 
 
 def run_node(
@@ -53,6 +57,7 @@ def run_node(
         return os.EX_CONFIG
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    node.create_timer(CLOCK_CHECK_DELAY, lambda: _check_clock(node), clock=steady_clock())
     try:
         while not signals:
             executor.spin_once(timeout_sec=SIGNAL_PERIOD)
@@ -66,3 +71,12 @@ def run_node(
         node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _check_clock(node: Node) -> None:
+    """Warn if simulated time stands at zero; stamps and steady timers do not depend on it."""
+    if node.get_parameter('use_sim_time').value and not node.get_clock().now().nanoseconds:
+        node.get_logger().warning(
+            'use_sim_time is set, and no /clock is heard: ages in diagnostics are not known.',
+            throttle_duration_sec=60.0,
+        )

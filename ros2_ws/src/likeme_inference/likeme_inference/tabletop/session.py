@@ -102,7 +102,7 @@ class ImitationSession:
             self.state.put_back, self.state.turn_from = True, demo.stamp
             return Remark(f'{demo.object} was put back to {demo.x_f.name}: my turn.')
         if not can_infer(self.model, self.settings, demo.object):
-            number = self._decisions + 1
+            number = self.state.decisions + 1
             return self._begin(no_trials(self.model, self.settings, demo, number), Phase.IDLE)
         belief = believe(self.model, self.settings, demo)
         here = self.state
