@@ -335,7 +335,7 @@ class InferenceNode(Node):
         action = decision.action
         assert action is not None, 'Only actions are executed.'
 
-        motion_id = str(uuid.uuid4())
+        motion_id = f'decision-{decision.id}-{uuid.uuid4()}'
 
         def request() -> ExecuteAction.Request:
             expires = self._session.last_view + round(self._arm.arm_wait * 1e9)

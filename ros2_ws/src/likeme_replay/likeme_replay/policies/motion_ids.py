@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-#: decision-ID-RUN, see likeme_inference.
+#: As the inference node makes them: the decision, and what is unique across runs.
 _PATTERN = re.compile(r'decision-(\d+)-')
 
 

@@ -14,6 +14,7 @@ from likeme_replay.policies.seen import (
     EXECUTE,
     LOST,
     ROBOT,
+    TIME_JUMP,
     TRY_ANYWAY,
     UNDER_WAY,
     Recent,
@@ -88,7 +89,8 @@ class MotionsTakeTime(Policy):
             return
         started, finished = stamp_ns(message.started), stamp_ns(message.finished)
         still = started == finished == 0 and message.outcome != COMPLETED
-        if not still and not 0 < started <= finished:
+        began_anew = started - finished > TIME_JUMP
+        if not still and not began_anew and not 0 < started <= finished:
             yield f'Expected a begin before the end, got {started} and {finished} ns.'
         if not message.message:
             yield f'Expected one sentence on the end of {message.id!r}, got none.'

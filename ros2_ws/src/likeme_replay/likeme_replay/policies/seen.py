@@ -110,7 +110,7 @@ class Seen:
         return latest if outcome is None or outcome.result == SKIPPED else None
 
     def is_repeated(self, decision: Any) -> bool:
-        """Whether it was published before: a restarted node publishes its last one again."""
+        """Whether a decision was published before, as by a node that was restarted."""
         known = self.decisions.get(int(decision.id))
         return known is not None and (stamp_of(known), known.object, known.kind) == (
             stamp_of(decision), decision.object, decision.kind

@@ -1,0 +1,1 @@
+"""Fault injection: nodes in simulated time, and node processes."""

@@ -1,0 +1,76 @@
+"""The campaign of faults, short: nothing is violated or lost, and it finds what is planted."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+BENCHMARKS = Path(__file__).parents[1] / 'benchmarks'
+
+
+def measured(*options: str) -> tuple[dict[str, float], dict[str, Any], int]:
+    """The measured figures by name, the notes, and the exit code."""
+    done = subprocess.run(
+        [sys.executable, str(BENCHMARKS / 'faults.py'), '--json', *options],
+        capture_output=True, text=True, timeout=280, check=False,
+    )  # fmt: skip
+    assert done.returncode in (0, 1), done.stderr
+    report = json.loads(done.stdout[done.stdout.index('{') :])
+    bars = {bar['name'].partition(': ')[2]: bar['measured'] for bar in report['bars']}
+    return bars, report['notes'], done.returncode
+
+
+def test_two_hundred_faults_in_simulated_time() -> None:
+    bars, notes, code = measured('--n', '200', '--live', '0')
+    lost = {name: bars[name] for name in ('violations', 'unfinished stories', 'lost questions')}
+    assert not any(lost.values()) and not bars['lost log entries'], notes['offline troubles']
+    assert sum(notes['offline faults'].values()) == 200
+    assert len(notes['offline faults']) > 20
+    assert code == 0
+
+
+#: Defects, and what they break.
+PLANTED = {
+    'nothing is restored': (
+        'inference_node.restore = lambda log: Restored()', 'kill', 'decision_ids_count_up',
+    ),
+    'a decision is published before it is logged': (
+        'SessionLog.record = lambda *_: None', 'double', 'published before it was logged',
+    ),
+    'the arm does not hear of the hold': (
+        'HoldMonitor.block = property(lambda self: None)', 'hold', 'joints_rest_while_held',
+    ),
+    'the arm forgets its requests': (
+        'offline._STORES._begin = lambda *_: None', 'double late', 'motions_begin_once',
+    ),
+}  # fmt: skip
+SCRIPT = """
+import sys
+sys.path.insert(0, {benchmarks!r})
+from faults_parts import offline
+from likeme_arm.hold_monitor import HoldMonitor
+from likeme_inference import inference_node
+from likeme_inference.session_log import SessionLog
+from likeme_inference.session_restore import Restored
+{defect}
+for number in range(40):
+    found = [each.what for each in offline.play_cell(number, 10, ({kind!r},)).violations]
+    if any({broken!r} in each for each in found):
+        raise SystemExit(0)
+raise SystemExit(f'Expected {broken}, got {{found}}.')
+"""
+
+
+@pytest.mark.parametrize('name', PLANTED)
+def test_a_planted_defect_is_found(name: str) -> None:
+    defect, kind, broken = PLANTED[name]
+    script = SCRIPT.format(benchmarks=str(BENCHMARKS), defect=defect, kind=kind, broken=broken)
+    done = subprocess.run(
+        [sys.executable, '-c', script], capture_output=True, text=True, timeout=200, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
