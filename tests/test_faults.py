@@ -28,7 +28,8 @@ def measured(*options: str) -> tuple[dict[str, float], dict[str, Any], int]:
 def test_two_hundred_faults_in_simulated_time() -> None:
     bars, notes, code = measured('--n', '200', '--live', '0')
     lost = {name: bars[name] for name in ('violations', 'unfinished stories', 'lost questions')}
-    assert not any(lost.values()) and not bars['lost log entries'], notes['offline troubles']
+    assert not any(lost.values()), notes['offline troubles']
+    assert not bars['lost log entries'], notes['offline troubles']
     assert sum(notes['offline faults'].values()) == 200
     assert len(notes['offline faults']) > 20
     assert code == 0
