@@ -26,6 +26,7 @@ from likeme_bringup.child import (
     take_over,
 )
 from likeme_bringup.respawn import Lives, Respawn
+from likeme_core.shared_memory import remove_orphans
 
 COLOURS = ('36', '33', '35', '32', '34', '31')
 
@@ -235,6 +236,8 @@ class Supervisor:
         """Have a child started again, or report its end."""
         now = time.monotonic()
         self._standby_at.pop(end.name, None)
+        if end.code == -signal.SIGKILL:
+            remove_orphans()
         if self._stopping or self._respawn is None:
             self._ended.append(end)
             return

@@ -26,6 +26,8 @@ def main(module: str, *arguments: str) -> int:
     set_process_name(IMPORTING)
     with discarded_output():
         node = importlib.import_module(module)
+        # What the node imports only when it is made.
+        getattr(node, 'preload', lambda: None)()
     set_process_name(WAITING)
     if not os.read(sys.stdin.fileno(), len(GO)):
         return 0

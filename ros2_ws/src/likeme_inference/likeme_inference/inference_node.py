@@ -412,6 +412,11 @@ class InferenceNode(Node):
         return [sentence for present, sentence in problems if present]
 
 
+def preload() -> None:
+    """Import what a node with a decision log needs and this module leaves out: SQLAlchemy."""
+    import likeme_inference.experience.decision_log  # noqa: F401
+
+
 def main() -> int:
     """Run the node until SIGINT or SIGTERM."""
     return run_node(
