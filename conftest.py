@@ -9,6 +9,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from likeme_core.shared_memory import remove_orphans
+
 
 @pytest.fixture(scope='session', autouse=True)
 def state_of_the_tests() -> Iterator[None]:
@@ -17,6 +19,8 @@ def state_of_the_tests() -> Iterator[None]:
     before = os.environ.get('LIKEME_STATE')
     os.environ['LIKEME_STATE'] = folder
     yield
+    # Of the processes that tests have killed.
+    remove_orphans()
     shutil.rmtree(folder, ignore_errors=True)
     if before is None:
         del os.environ['LIKEME_STATE']

@@ -1,11 +1,12 @@
 """Faults injected into the cell at every phase of a story, while all policies are checked.
 
-    ./scripts/bench.sh faults [--n N] [--live M] [--seed S] [--json]
+    ./scripts/bench.sh faults [--n N] [--live M] [--soak K] [--seed S] [--json]
 
 Offline (N faults, default 10,000): the real inference node and hold keeper, decision log,
 journal of motions and hold monitor, in simulated time on a simulated graph, with a simulated arm,
 camera, person and operators. Live (M faults, default 20): the cell's processes under their
-supervisor, on a ROS domain of their own. Exit code 1 if a bar is missed.
+supervisor, on a ROS domain of their own. Soak (--soak K stories in one cell, default 0): memory.
+Exit code 1 if a bar is missed.
 """
 
 from __future__ import annotations
@@ -43,6 +44,15 @@ def offline_bars(found: CellResult) -> list[Bar]:
     ]  # fmt: skip
 
 
+def soak_bars(broken: int, memory: list[float], stories: int) -> list[Bar]:
+    """What the soak is held against: what is kept at the beginning is kept for good."""
+    growth = 100 * (memory[-1] / memory[1] - 1) if len(memory) == 10 else float('nan')
+    return [
+        Bar('soak: violations', broken, 0, 'violations', CAMPAIGN, stories),
+        Bar('soak: memory from a fifth to the end', growth, 5, '%', CAMPAIGN, stories),
+    ]
+
+
 def troubles(found: tuple[list[Trouble], ...]) -> list[str]:
     """What went wrong, for the notes."""
     return [
@@ -57,6 +67,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog='bench.sh faults', usage=__doc__)
     parser.add_argument('--n', type=int, default=10_000)
     parser.add_argument('--live', type=int, default=20)
+    parser.add_argument('--soak', type=int, default=0)
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--json', action='store_true')
     given = parser.parse_args()
@@ -68,6 +79,16 @@ def main() -> int:
         notes['offline'] = f'{wall:.0f} s, {1000 * wall / given.n:.1f} ms a fault'
         notes['offline faults'] = dict(sorted(found.faults.items()))
         notes['offline troubles'] = troubles(found[2:6])
+    if given.soak > 0:
+        broken, memory = results.soak(given.soak, given.seed)
+        bars += soak_bars(broken, memory, given.soak)
+        notes['soak'] = [f'{each:.1f} MiB' for each in memory]
+    if given.live > 0:
+        from faults_parts import live
+
+        more, said = live.measure(given.live, given.seed)
+        bars += more
+        notes |= said
     return 0 if publish('faults', bars, notes) else 1
 
 

@@ -27,9 +27,8 @@ def measured(*options: str) -> tuple[dict[str, float], dict[str, Any], int]:
 
 def test_two_hundred_faults_in_simulated_time() -> None:
     bars, notes, code = measured('--n', '200', '--live', '0')
-    lost = {name: bars[name] for name in ('violations', 'unfinished stories', 'lost questions')}
-    assert not any(lost.values()), notes['offline troubles']
-    assert not bars['lost log entries'], notes['offline troubles']
+    wrong = ('violations', 'unfinished stories', 'lost questions', 'lost log entries')
+    assert not any(bars[name] for name in wrong), notes['offline troubles']
     assert sum(notes['offline faults'].values()) == 200
     assert len(notes['offline faults']) > 20
     assert code == 0
@@ -75,3 +74,12 @@ def test_a_planted_defect_is_found(name: str) -> None:
         [sys.executable, '-c', script], capture_output=True, text=True, timeout=200, check=False
     )
     assert done.returncode == 0, done.stderr[-2000:]
+
+
+@pytest.mark.graph
+@pytest.mark.slow
+def test_faults_of_processes() -> None:
+    bars, notes, _ = measured('--n', '0', '--live', '3')
+    wrong = ('violations', 'unfinished stories', 'lost questions', 'lost log entries')
+    assert not any(bars[name] for name in wrong), notes['live troubles']
+    assert sum(notes['live faults'].values()) == 3

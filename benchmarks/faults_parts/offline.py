@@ -5,6 +5,8 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from faults_parts import sim_node
@@ -15,10 +17,12 @@ SIM_TIME.install()
 sim_node.install()
 
 import numpy as np  # noqa: E402
+import psutil  # noqa: E402
 
 import likeme_arm.hold_keeper_node  # noqa: E402
 import likeme_core.ros.heartbeat  # noqa: E402
 from faults_parts import fault_kinds, story  # noqa: E402
+from faults_parts.fault_kinds import Fault  # noqa: E402
 from faults_parts.results import CellResult, Trouble  # noqa: E402
 from faults_parts.sim_cell import Cell  # noqa: E402
 from faults_parts.sim_store import StoreFaults  # noqa: E402
@@ -37,15 +41,8 @@ def play_cell(number: int, stories: int, kinds: tuple[str, ...] = ()) -> CellRes
 
     number: its seed. kinds: only faults of these.
     """
-    _quicken()
-    rng = np.random.default_rng(number)
-    SIM_TIME.jump = 0
-    folder = Path(tempfile.mkdtemp(prefix='likeme_faults_', dir=_memory()))
-    mode = MODES[number % len(MODES)]
-    threshold = float(rng.uniform(0.3, 0.95))
-    cell = Cell(folder, rng, _STORES, mode=mode, help_threshold=threshold)
     found = CellResult(Counter(), 0, [], [], [], [], [])
-    try:
+    with _cell(number) as (cell, rng):
         for index in range(stories):
             fault = fault_kinds.draw(rng)
             if kinds and fault.kind not in kinds:
@@ -61,14 +58,43 @@ def play_cell(number: int, stories: int, kinds: tuple[str, ...] = ()) -> CellRes
             found = found._replace(finished=found.finished + 1)
         cell.graph.run(REST)
         lost, problem = cell.check_log()
-        about = Trouble(number, stories - 1, '', mode)
+        about = Trouble(number, stories - 1, '', 'in the end')
         found.lost_entries.extend(about._replace(what=str(key)) for key in lost)
         if problem:
             found.lost_entries.append(about._replace(what=problem))
+    return found
+
+
+def soak(number: int, stories: int) -> tuple[int, list[float]]:
+    """Play so many stories in one cell; violations, and memory after each tenth of them, MiB."""
+    fault = Fault('operator answers twice', 'after decision', 0, '', '', 0.0, 0.0)
+    memory, process = [], psutil.Process()
+    with _cell(number) as (cell, rng):
+        # It remembers everything.
+        cell.graph.observers.remove(cell.ledger.observe)
+        cell.stores.on_written = lambda _kind, _data: None
+        for index in range(1, stories + 1):
+            if not story.play(cell, fault, rng).finished:
+                break
+            if index % max(1, stories // 10) == 0:
+                memory.append(process.memory_info().rss / 2**20)
+        return sum(cell.monitor.counts.values()), memory
+
+
+@contextmanager
+def _cell(number: int) -> Iterator[tuple[Cell, np.random.Generator]]:
+    """A cell by its seed, and the generator for its stories."""
+    _quicken()
+    rng = np.random.default_rng(number)
+    SIM_TIME.jump = 0
+    folder = Path(tempfile.mkdtemp(prefix='likeme_faults_', dir=_memory()))
+    mode, threshold = MODES[number % len(MODES)], float(rng.uniform(0.3, 0.95))
+    cell = Cell(folder, rng, _STORES, mode=mode, help_threshold=threshold)
+    try:
+        yield cell, rng
     finally:
         cell.close()
         shutil.rmtree(folder)
-    return found
 
 
 def _quicken() -> None:

@@ -72,3 +72,16 @@ def play(number: int, stories: int) -> CellResult:
     from faults_parts import offline
 
     return offline.play_cell(number, stories)
+
+
+def soak(stories: int, seed: int) -> tuple[int, list[float]]:
+    """Play so many stories in one cell, see offline.soak."""
+    context = multiprocessing.get_context('spawn')
+    with ProcessPoolExecutor(1, mp_context=context) as pool:
+        return pool.submit(_soak, seed, stories).result()
+
+
+def _soak(number: int, stories: int) -> tuple[int, list[float]]:
+    from faults_parts import offline
+
+    return offline.soak(number, stories)

@@ -1,0 +1,254 @@
+"""Faults of node processes, one after another in one cell, while people go on with their story."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from copy import deepcopy
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from faults_parts import live_kinds
+from faults_parts.live_cell import NAMES, LiveCell, live_cell
+from faults_parts.live_kinds import KINDS, LiveFault
+from likeme_core.heartbeats import NodeState
+from likeme_core.paper_world import WORLD
+from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
+from report import Bar
+
+EXECUTE, ASK_HUMAN, AT_GOAL, NO_ACTION = range(4)
+UNDER_WAY = 1
+DONE_BY_HAND, TRY_ANYWAY, SKIP = range(3)
+#: s of the machine, generous: both cores may be busy.
+PATIENCE = 60.0
+ATTEMPTS = 4
+OBJECTS = ('pear', 'lemon', 'chicken')
+
+
+@dataclass
+class Found:
+    """Results of the live campaign.
+
+    Attributes:
+        faults: by kind.
+        unfinished: stories that came to no outcome, and why.
+        detection, recovery: s from each kill, to its notice and to the next READY run.
+    """
+
+    faults: Counter[str] = field(default_factory=Counter)
+    unfinished: list[str] = field(default_factory=list)
+    detection: list[float] = field(default_factory=list)
+    recovery: list[float] = field(default_factory=list)
+
+
+class Story:
+    """One story with one fault."""
+
+    def __init__(
+        self, cell: LiveCell, fault: LiveFault, rng: np.random.Generator, found: Found
+    ) -> None:
+        self._cell, self._fault, self._rng, self._found = cell, fault, rng, found
+        self._seen = cell.watch.monitor.seen
+        self._end: live_kinds.End | None = None
+        self._until = 0.0
+        self._came = False
+
+    def play(self) -> str:
+        """Play it; why it did not come to an end, empty: it did."""
+        name = str(self._rng.choice(OBJECTS))
+        x_i, x_f = (str(s) for s in self._rng.permutation(['left', 'right']))
+        why = ''
+        if not self._until_decided(name, x_i, x_f):
+            why = 'no decision'
+        elif not self._until_closed():
+            why = 'no outcome'
+        self._moment(self._fault.moment)
+        # What had no moment to come at comes when nothing is under way.
+        self._come()
+        self._over(force=True)
+        if not self._cell.until(lambda: self._cell.ready, PATIENCE):
+            why = why or 'not READY again'
+        return why
+
+    def _until_decided(self, name: str, x_i: str, x_f: str) -> bool:
+        last = 0 if self._seen.decision is None else int(self._seen.decision.id)
+
+        def decided() -> bool:
+            self._over()
+            latest = self._seen.decision
+            return latest is not None and latest.id > last and latest.kind != AT_GOAL
+
+        for _ in range(ATTEMPTS):
+            if self._set(name, x_i, 'cell/reset before') and decided():
+                return True
+            self._settle()
+            before = set(self._seen.beliefs)
+            self._moment('showing')
+            act = ExecuteAction.Request(object=name, action=f'place_{x_f}')
+            answer = self._call(self._cell.person, act)
+            if answer is None or not answer.success:
+                continue
+            if not self._wait(lambda known=before: set(self._seen.beliefs) - known, 15.0):
+                continue
+            self._moment('shown')
+            self._set(name, x_i, 'cell/reset after')
+            if self._wait(decided, 15.0):
+                return True
+        return decided()
+
+    def _until_closed(self) -> bool:
+        self._moment('decided')
+        tried: set[int] = set()
+
+        def closed() -> bool:
+            self._over()
+            waiting = self._seen.open_decision
+            if waiting is None:
+                return True
+            if any(m.state == UNDER_WAY and m.actor == 0 for m in self._seen.motions.values()):
+                self._moment('moving')
+            if waiting.kind == ASK_HUMAN and waiting.id not in self._seen.answers:
+                self._moment('asked')
+                self._answer(tried)
+            return False
+
+        done = self._cell.until(closed, 2 * PATIENCE)
+        self._moment('moved')
+        return done
+
+    def _answer(self, tried: set[int]) -> None:
+        """Answer what is listed, as read."""
+        cell, kind = self._cell, self._fault.kind
+        listed = self._call(cell.desk, AskHuman.Request(command=AskHuman.Request.LIST))
+        for item in listed.pending if listed is not None else ():
+            reply = int(self._rng.integers(3))
+            if kind == 'operator vanishes, kill -9' and item.id not in tried:
+                tried.add(int(item.id))
+                self._wait(lambda: False, 2.0)
+                continue
+            request = AskHuman.Request(
+                command=AskHuman.Request.ANSWER, request_id=item.id, answer=reply,
+                answered_by='ann', object=item.object,
+                action=WORLD.actions[item.action].name, stamp=item.header.stamp,
+            )  # fmt: skip
+            futures = [(request, cell.desk.call_async(request))]
+            if kind in ('two operators', 'answers twice'):
+                other = (reply + 1) % 3 if kind == 'two operators' else reply
+                again = deepcopy(request)
+                again.answer, again.answered_by = other, 'bob'
+                futures.append((again, cell.desk.call_async(again)))
+            self._all_done([future for _, future in futures])
+            for sent, future in futures:
+                if future.done() and future.result().success:
+                    cell.watch.ledger.answered(int(sent.request_id), int(sent.answer))
+                    if sent.answer == DONE_BY_HAND:
+                        goal = WORLD.states[item.goal].name.lower()
+                        self._set(item.object, goal, 'done by hand')
+
+    def _all_done(self, futures: list[Any]) -> bool:
+        return self._cell.until(lambda: all(future.done() for future in futures), 5.0)
+
+    def _set(self, name: str, region: str, _why: str) -> bool:
+        request = ResetCell.Request(
+            objects=[name], states=[region], seed=int(self._rng.integers(99))
+        )
+        for _ in range(20):
+            answer = self._call(self._cell.reset, request)
+            if answer is not None and answer.success:
+                return True
+            # BUSY: a motion has not ended.
+            self._wait(lambda: False, 0.5)
+        return False
+
+    def _settle(self) -> None:
+        cell = self._cell
+        begin = cell.table
+        self._wait(
+            lambda: cell.table is not None and cell.table is not begin and cell.table.settled, 15.0
+        )
+
+    def _call(self, client: Any, request: Any) -> Any:
+        answer = self._cell.ask(client, request, 30.0)
+        self._over()
+        return answer
+
+    def _wait(self, condition: Any, seconds: float) -> bool:
+        def checked() -> bool:
+            self._over()
+            return bool(condition())
+
+        return self._cell.until(checked, seconds)
+
+    def _moment(self, moment: str) -> None:
+        if moment == self._fault.moment:
+            self._come()
+
+    def _come(self) -> None:
+        """Have the fault come, once."""
+        if self._came:
+            return
+        self._came = True
+        cell, fault = self._cell, self._fault
+        known = cell.heartbeats.nodes[NAMES[fault.part]]
+        run = known.run
+        self._found.faults[fault.kind] += 1
+        begin = time.monotonic()
+        self._end = KINDS[fault.kind](cell, fault)
+        self._until = time.monotonic() + fault.duration
+        if fault.kind != 'kill -9':
+            return
+        name = NAMES[fault.part]
+        noticed = cell.until(
+            lambda: known.run != run or not cell.heartbeats.alive(name, time.monotonic()), PATIENCE
+        )
+        if noticed:
+            self._found.detection.append(time.monotonic() - begin)
+        if cell.until(lambda: known.run != run and known.state is NodeState.READY, PATIENCE):
+            self._found.recovery.append(time.monotonic() - begin)
+
+    def _over(self, force: bool = False) -> None:
+        """End the fault when its time is over."""
+        if self._end is not None and (force or time.monotonic() >= self._until):
+            end, self._end = self._end, None
+            end()
+
+
+def measure(count: int, seed: int) -> tuple[list[Bar], dict[str, Any]]:
+    """Run so many live faults; bars and notes."""
+    rng, found = np.random.default_rng(seed), Found()
+    begin = time.monotonic()
+    with live_cell(seed) as cell:
+        for number in range(count):
+            fault = live_kinds.draw(rng, number)
+            why = Story(cell, fault, rng, found).play()
+            if why:
+                found.unfinished.append(f'fault {number}, {fault}: {why}')
+        cell.until(lambda: False, 3.0)
+        monitor = cell.watch.monitor
+        lost, problem = cell.check_log()
+        asking = monitor.seen.open_decision
+    questions = [] if asking is None or asking.kind != ASK_HUMAN else [asking.id]
+    entries = [str(key) for key in lost] + ([problem] if problem else [])
+    broken = [f'{v.policy}: {v.sentence}' for v in monitor.violations]
+    notes = {
+        'live': f'{time.monotonic() - begin:.0f} s',
+        'live faults': dict(found.faults),
+        'live troubles': broken + found.unfinished + entries,
+    }
+    source = 'the campaign'
+    bars = [
+        Bar('live: violations', len(broken), 0, 'violations', source, count),
+        Bar('live: unfinished stories', len(found.unfinished), 0, 'stories', source, count),
+        Bar('live: lost questions', len(questions), 0, 'questions', source, count),
+        Bar('live: lost log entries', len(entries), 0, 'entries', source, count),
+    ]
+    for what, values, bar in (
+        ('detection', found.detection, 0.3), ('recovery', found.recovery, 3.0)
+    ):  # fmt: skip
+        for p in (50, 99) if values else ():
+            measured = float(np.percentile(values, p))
+            limit = bar if p == 99 else None
+            bars.append(Bar(f'live: {what}, p{p}', measured, limit, 's', source, len(values)))
+    return bars, notes

@@ -1,0 +1,182 @@
+"""Faults of node processes. Each returns what ends it, called after its duration."""
+
+from __future__ import annotations
+
+import resource
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any, NamedTuple
+
+import numpy as np
+from std_srvs.srv import Trigger
+
+from faults_parts.live_cell import INJECTED, NAMES, LiveCell
+from likeme_bringup.start_cell import Part
+from likeme_inference.experience.decision_log import LOG_FILE
+
+MOMENTS = ('showing', 'shown', 'decided', 'asked', 'moving', 'moved')
+#: Share of its time for which a slow node does not run, and the period of its pauses, s.
+SLOW_SHARE, SLOW_PERIOD = 0.9, 0.05
+End = Callable[[], None]
+
+
+class LiveFault(NamedTuple):
+    """A fault: its kind, moment, the node that it is about, and how long it lasts, s."""
+
+    kind: str
+    moment: str
+    part: Part
+    duration: float
+
+
+def draw(rng: np.random.Generator, number: int) -> LiveFault:
+    """Any fault at any moment; each kind in its turn."""
+    return LiveFault(
+        list(KINDS)[number % len(KINDS)],
+        str(rng.choice(MOMENTS)),
+        list(NAMES)[int(rng.integers(len(NAMES)))],
+        float(rng.uniform(0.3, 2.5)),
+    )
+
+
+def _nothing() -> None:
+    """Nothing has to be ended."""
+
+
+def _kill(cell: LiveCell, fault: LiveFault) -> End:
+    process = cell.process(fault.part)
+    if process is not None:
+        process.kill()
+    return _nothing
+
+
+def _stop(cell: LiveCell, fault: LiveFault) -> End:
+    process = cell.process(fault.part)
+    if process is None:
+        return _nothing
+    process.suspend()
+
+    def end() -> None:
+        process.resume()
+
+    return end
+
+
+def _slow(cell: LiveCell, fault: LiveFault) -> End:
+    """A node that runs for a tenth of the time."""
+    process, over = cell.process(fault.part), threading.Event()
+
+    def run() -> None:
+        while process is not None and process.is_running() and not over.is_set():
+            process.suspend()
+            over.wait(SLOW_PERIOD * SLOW_SHARE)
+            process.resume()
+            time.sleep(SLOW_PERIOD * (1 - SLOW_SHARE))
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+
+    def end() -> None:
+        over.set()
+        thread.join()
+
+    return end
+
+
+def _locked(cell: LiveCell, _: LiveFault) -> End:
+    other = sqlite3.connect(cell.folder / LOG_FILE, isolation_level=None, timeout=5.0)
+    other.execute('BEGIN EXCLUSIVE')
+    return other.close
+
+
+def _full(cell: LiveCell, _: LiveFault) -> End:
+    """No file of the inference node may grow beyond one page."""
+    process = cell.process(Part.INFERENCE)
+    if process is None:
+        return _nothing
+    none, hard = 4096, resource.RLIM_INFINITY
+    process.rlimit(resource.RLIMIT_FSIZE, (none, hard))
+
+    def end() -> None:
+        if process.is_running():
+            process.rlimit(resource.RLIMIT_FSIZE, (hard, hard))
+
+    return end
+
+
+def _hold(cell: LiveCell, _: LiveFault) -> End:
+    cell.hold.call_async(Trigger.Request())
+    return lambda: cell.ask(cell.resume, Trigger.Request(), 20.0)
+
+
+def _hold_and_kill(cell: LiveCell, fault: LiveFault) -> End:
+    end = _hold(cell, fault)
+    held = cell.until(lambda: bool(cell.watch.monitor.seen.hold.held), 5.0)
+    if held:
+        _kill(cell, fault)
+    return end
+
+
+def _inject(change: Callable[[Any], None]) -> Callable[[LiveCell, LiveFault], End]:
+    """Publish the last demonstration and the last table state again, changed."""
+
+    def begin(cell: LiveCell, _: LiveFault) -> End:
+        shown = next(reversed(cell.watch.monitor.seen.demonstrations.values()), None)
+        for message, publisher in ((shown, cell.demonstrations), (cell.table, cell.tables)):
+            if message is not None:
+                again = deepcopy(message)
+                again.header.frame_id = INJECTED
+                change(again)
+                publisher.publish(again)
+        return _nothing
+
+    return begin
+
+
+def _wrong(message: Any) -> None:
+    if hasattr(message, 'x_i'):
+        message.x_i = 77
+    else:
+        message.objects[0].state = 99
+
+
+def _other_world(message: Any) -> None:
+    message.world = 'another@world'
+
+
+def _second_cell(cell: LiveCell, _: LiveFault) -> End:
+    """A second hold keeper on the domain; it must refuse to start."""
+    command = [sys.executable, '-m', 'likeme_arm.hold_keeper_node']
+    command += ['--ros-args', '-r', '__node:=second_keeper']
+    other = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+
+    def end() -> None:
+        try:
+            other.wait(30)
+        finally:
+            other.kill()
+
+    return end
+
+
+KINDS: dict[str, Callable[[LiveCell, LiveFault], End]] = {
+    'kill -9': _kill,
+    'SIGSTOP and CONT': _stop,
+    'store locked': _locked,
+    'hold and kill -9': _hold_and_kill,
+    'disk full': _full,
+    'slow node': _slow,
+    'doubled messages': _inject(lambda message: None),
+    'corrupt messages': _inject(_wrong),
+    'messages of another world': _inject(_other_world),
+    'hold': _hold,
+    'operator vanishes, kill -9': _kill,
+    'two operators': lambda cell, fault: _nothing,
+    'answers twice': lambda cell, fault: _nothing,
+    'second keeper': _second_cell,
+}
