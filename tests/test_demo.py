@@ -61,7 +61,7 @@ def test_the_papers_story_is_completed(tmp_path: Path) -> None:
         '2. pear, RIGHT to LEFT',
         'predicted probability 0.40, below the threshold 0.50',
         'The robot asks',
-        'DONE_BY_HAND',
+        'done by hand',
         'The pear is LEFT now',
         '2 of 2 acts',
     )
@@ -107,7 +107,7 @@ def test_sigterm_ends_the_demo_and_its_cell(tmp_path: Path) -> None:
         demo = graph.start('likeme_bringup.demo', '--out', str(tmp_path))
         graph.until(lambda: 'The cell is ready' in demo.said, 60, 'the cell')
         children = psutil.Process(demo.pid).children(recursive=True)
-        assert len(children) == 4, children
+        assert len(children) == 5, children
         os.kill(demo.pid, signal.SIGTERM)
         assert demo.wait(30) == 130, demo.said
     assert demo.said.endswith('The demo stops here. Interrupted.\n')

@@ -15,6 +15,7 @@ import pytest
 from sensor_msgs.msg import JointState
 
 from graph import HOLD_KEEPER, LATCHED, Graph, NodeProcess
+from likeme_core.outcomes import MotionOutcome
 from likeme_msgs.msg import Decision, Outcome, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -58,12 +59,12 @@ def children(process: NodeProcess) -> dict[str, psutil.Process]:
     return {module.rpartition('.')[2]: child for child, module in modules.items()}
 
 
-@pytest.mark.parametrize('victim', ['arm_driver_node', 'perception_node', 'inference_node'])
+@pytest.mark.parametrize('victim', ['hold_keeper_node', 'arm_driver_node', 'inference_node'])
 def test_without_respawn_all_end_with_one_node(tmp_path: Path, victim: str) -> None:
     with Graph(tmp_path) as graph:
         cell = graph.run('cell', *START_CELL, '--seed', '1', '--no-respawn')
         motion = begin(graph, 'human', 'chicken', 'place_left')
-        nodes = graph.until(lambda: len(c := children(cell)) == 3 and c, 10, 'three nodes')
+        nodes = graph.until(lambda: len(c := children(cell)) == 4 and c, 10, 'four nodes')
         graph.during(1.0)
         assert not motion.done()
         nodes[victim].kill()
@@ -71,7 +72,7 @@ def test_without_respawn_all_end_with_one_node(tmp_path: Path, victim: str) -> N
 
         assert cell.wait(15) == 1
         assert time.monotonic() - begun < 10
-        name = victim.removesuffix('_node').removesuffix('_driver')
+        name = victim.partition('_')[0]
         assert f'{name} was ended by SIGKILL; ending the others.' in cell.said
         assert 'Traceback' not in cell.said
         assert not [node for node in nodes.values() if node.is_running()]
@@ -80,7 +81,7 @@ def test_without_respawn_all_end_with_one_node(tmp_path: Path, victim: str) -> N
 @pytest.mark.slow
 def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
     with Graph(tmp_path) as graph:
-        arm_words = (*START_CELL, '--only', 'arm', '--seed', '1', '--no-respawn')
+        arm_words = (*START_CELL, '--only', 'hold', '--only', 'arm', '--seed', '1', '--no-respawn')
         arm = graph.run('arm', *arm_words)
         graph.start('likeme_perception.perception_node')
         thinking = graph.start('likeme_inference.inference_node', action_timeout=ACTION_TIMEOUT)
@@ -93,20 +94,18 @@ def test_the_arm_is_killed_in_mid_action_and_comes_back(tmp_path: Path) -> None:
         graph.until(lambda: decisions, 20, 'AT_GOAL')
         assert act(graph, 'human', 'chicken', 'place_right').success
         graph.until(lambda: decisions[-1].kind == Decision.EXECUTE, 20, 'EXECUTE')
-        asked = time.monotonic()
         until_moving(graph, joints)
         children(arm)['arm_driver_node'].kill()
         assert arm.wait(10) == 1
         graph.run('arm_again', *arm_words)
-        outcome = graph.until(lambda: outcomes, ACTION_TIMEOUT + 20, 'an outcome').pop()
-        failed_after = time.monotonic() - asked
+        outcome = graph.until(lambda: outcomes, 40, 'an outcome').pop()
         joints.clear()
         graph.until(lambda: joints, 30, 'the new arm')
         graph.during(3.0)
 
-        assert (outcome.result, outcome.motion_outcome) == (Outcome.ARM_FAILED, 255)
-        assert 'I will not repeat it' in outcome.sentence
-        assert failed_after < ACTION_TIMEOUT + 2
+        # The arm may have moved: the camera looks.
+        assert outcome.motion_outcome == MotionOutcome.LOST
+        assert outcome.result in (Outcome.REACHED, Outcome.MISSED, Outcome.NOT_SEEN)
         assert max(math.dist(j.position, joints[0].position) for j in joints) < STILL
         assert not outcomes
         assert thinking.alive
