@@ -161,12 +161,12 @@ def _second_cell(cell: LiveCell, _: LiveFault) -> End:
     other = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
     def end() -> str:
-        try:
-            code = other.wait(60)
-        except subprocess.TimeoutExpired:
+        # The policies are checked meanwhile.
+        if not cell.until(lambda: other.poll() is not None, 60.0):
             other.terminate()
-            other.wait(60)
+            cell.until(lambda: other.poll() is not None, 60.0)
             return 'a second cell started on the same domain'
+        code = other.returncode
         return '' if code == 1 else f'a second cell ended with exit code {code}, not 1'
 
     return end
