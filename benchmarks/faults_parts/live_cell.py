@@ -24,6 +24,7 @@ from likeme_bringup.respawn import Respawn
 from likeme_bringup.start_cell import MODULES, Part, StartOptions, children
 from likeme_bringup.supervisor import Supervisor
 from likeme_core.heartbeats import HeartbeatMonitor, NodeState
+from likeme_core.instance_lock import claim
 from likeme_core.ros.heartbeat import HeartbeatSubscriber
 from likeme_core.standby import IMPORTING, WAITING
 from likeme_core.tabletop import Mode
@@ -114,14 +115,21 @@ class LiveCell:
             self._executor.spin_once(timeout_sec=0.005)
         return True
 
-    def ask(self, client: Any, request: Any, seconds: float) -> Any:
-        """Call a service, again each few s where no answer comes; None: none came in time."""
+    def ask(
+        self, client: Any, request: Any, seconds: float,
+        meanwhile: Callable[[], None] = lambda: None,
+    ) -> Any:  # fmt: skip
+        """Call a service, again each few s where no answer comes; None: none came in time.
+
+        meanwhile: called again and again while it waits.
+        """
         deadline, futures, again = time.monotonic() + seconds, [], 0.0
         while time.monotonic() < deadline:
             if client.service_is_ready() and time.monotonic() >= again:
                 futures.append(client.call_async(request))
                 again = time.monotonic() + seconds / 3
             self._executor.spin_once(timeout_sec=0.005)
+            meanwhile()
             for future in futures:
                 if future.done():
                     return future.result()
@@ -153,9 +161,10 @@ class LiveCell:
         self.node.destroy_node()
 
 
-def _supervise(options: StartOptions, log: str) -> None:
+def _supervise(options: StartOptions, domain: int, log: str) -> None:
     """The cell under its supervisor, until SIGTERM."""
-    with open(log, 'w', encoding='utf-8') as out:
+    parts = tuple(Part)
+    with open(log, 'w', encoding='utf-8') as out, claim(domain, parts):
         Supervisor(children(options=options), out, respawn=POLICY).run()
 
 
@@ -168,7 +177,9 @@ def live_cell(seed: int) -> Iterator[LiveCell]:
         domain = stack.enter_context(domain_id())
         os.environ |= {'ROS_DOMAIN_ID': str(domain), 'LIKEME_STATE': str(folder)}
         context = multiprocessing.get_context('spawn')
-        supervisor = context.Process(target=_supervise, args=(options, str(folder / 'cell.log')))
+        supervisor = context.Process(
+            target=_supervise, args=(options, domain, str(folder / 'cell.log'))
+        )
         supervisor.start()
         stack.callback(_end, supervisor)
         rclpy.init(domain_id=domain)

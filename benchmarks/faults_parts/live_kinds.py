@@ -22,7 +22,8 @@ from likeme_inference.experience.decision_log import LOG_FILE
 MOMENTS = ('showing', 'shown', 'decided', 'asked', 'moving', 'moved')
 #: Share of its time for which a slow node does not run, and the period of its pauses, s.
 SLOW_SHARE, SLOW_PERIOD = 0.9, 0.05
-End = Callable[[], None]
+#: Ends a fault; what went wrong with it, if anything did.
+End = Callable[[], str | None]
 
 
 class LiveFault(NamedTuple):
@@ -111,7 +112,12 @@ def _full(cell: LiveCell, _: LiveFault) -> End:
 
 def _hold(cell: LiveCell, _: LiveFault) -> End:
     cell.hold.call_async(Trigger.Request())
-    return lambda: cell.ask(cell.resume, Trigger.Request(), 20.0)
+
+    def end() -> str:
+        answer = cell.ask(cell.resume, Trigger.Request(), 30.0)
+        return '' if answer is not None and answer.success else 'the cell was not resumed'
+
+    return end
 
 
 def _hold_and_kill(cell: LiveCell, fault: LiveFault) -> End:
@@ -150,16 +156,18 @@ def _other_world(message: Any) -> None:
 
 
 def _second_cell(cell: LiveCell, _: LiveFault) -> End:
-    """A second hold keeper on the domain; it must refuse to start."""
-    command = [sys.executable, '-m', 'likeme_arm.hold_keeper_node']
-    command += ['--ros-args', '-r', '__node:=second_keeper']
+    """A second cell on the domain; it must refuse to start."""
+    command = [sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(cell.domain)]
     other = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
 
-    def end() -> None:
-        try:
-            other.wait(30)
-        finally:
-            other.kill()
+    def end() -> str:
+        # The policies are checked meanwhile.
+        if not cell.until(lambda: other.poll() is not None, 60.0):
+            other.terminate()
+            cell.until(lambda: other.poll() is not None, 60.0)
+            return 'a second cell started on the same domain'
+        code = other.returncode
+        return '' if code == 1 else f'a second cell ended with exit code {code}, not 1'
 
     return end
 
@@ -178,5 +186,5 @@ KINDS: dict[str, Callable[[LiveCell, LiveFault], End]] = {
     'operator vanishes, kill -9': _kill,
     'two operators': lambda cell, fault: _nothing,
     'answers twice': lambda cell, fault: _nothing,
-    'second keeper': _second_cell,
+    'two cells': _second_cell,
 }

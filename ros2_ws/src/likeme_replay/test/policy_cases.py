@@ -431,6 +431,7 @@ def inputs_count_up(t: Trace, bad: bool) -> None:
     t.heard(4)
     t.heard(4, number=3 if bad else 2)
     t.heard(4, number=1)
+    t.heard(4, number=2)
 
 
 def events_never_fall(t: Trace, bad: bool) -> None:

@@ -9,7 +9,10 @@ from likeme_replay.policies.seen import HEARD_DEMONSTRATION, HEARD_TABLE, Seen, 
 
 
 class InputsCountUp(Policy):
-    """The session numbers its inputs one by one; a new session begins with 1."""
+    """The session numbers its inputs one by one; a smaller number is that of a new session.
+
+    Its first numbers may be sent before anybody is connected to it.
+    """
 
     def __init__(self, seen: Seen, bounds: Bounds) -> None:
         super().__init__(seen, bounds)
@@ -17,7 +20,7 @@ class InputsCountUp(Policy):
 
     def on_heard(self, message: Any, _: float) -> Found:
         last, self._last = self._last, int(message.number)
-        if last is not None and message.number not in (last + 1, 1):
+        if last is not None and (message.number == last or message.number > last + 1):
             yield f'Expected input {last + 1}, got {message.number}.'
 
 
@@ -69,7 +72,7 @@ class DemonstrationsAreHeard(Policy):
     def __init__(self, seen: Seen, bounds: Bounds) -> None:
         super().__init__(seen, bounds)
         self._waiting = Deadlines()
-        self._heard = float('-inf')
+        self._heard, self._number = float('-inf'), 0
 
     def on_demonstration(self, message: Any, now: float) -> Found:
         if now - self._heard <= self.bounds.told:
@@ -78,7 +81,8 @@ class DemonstrationsAreHeard(Policy):
         yield from ()
 
     def on_heard(self, message: Any, now: float) -> Found:
-        if message.number == 1:
+        number, self._number = self._number, int(message.number)
+        if self._number <= number:
             # A new session: what came while there was none is lost.
             self._waiting.clear()
         if message.kind == HEARD_DEMONSTRATION:

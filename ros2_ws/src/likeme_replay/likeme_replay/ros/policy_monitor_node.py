@@ -49,7 +49,7 @@ class PolicyMonitorNode(Node):
     def __init__(self) -> None:
         super().__init__('policy_monitor')
         self._monitor = PolicyMonitor()
-        self._started = time.time_ns()
+        self._started = self._due = time.time_ns()
         self._numbers = count()
         self._waiting: list[tuple[int, int, str, Any]] = []
         for topic, kind in TOPICS.items():
@@ -76,7 +76,8 @@ class PolicyMonitorNode(Node):
         heappush(self._waiting, (sent, next(self._numbers), topic, message))
 
     def _check(self) -> None:
-        due = time.time_ns() - round(REORDERING * SECOND)
+        # What was due at the last check: if this process was stopped, not all has been taken yet.
+        due, self._due = self._due, time.time_ns() - round(REORDERING * SECOND)
         while self._waiting and self._waiting[0][0] <= due:
             sent, _, topic, message = heappop(self._waiting)
             if sent < self._started:
