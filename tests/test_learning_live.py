@@ -57,7 +57,7 @@ def test_kills_of_arm_perception_and_learner(tmp_path: Path) -> None:
         def ids() -> frozenset[str]:
             return store.identities('test', 'live-1')
 
-        parts = {part: start(part) for part in ('arm', 'perception')}
+        parts = {part: start(part) for part in ('hold', 'arm', 'perception')}
         learner, known = learner_process(), frozenset[str]()
         for count, victim in enumerate(('arm', 'learner', 'perception'), start=1):
             now = recorded(count)
