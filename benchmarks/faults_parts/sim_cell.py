@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +54,7 @@ class Cell:
         self.world, self.graph, self.stores = WORLD, Graph(), stores
         self.graph.parameters = {INFERENCE: parameters}
         self.monitor, self.ledger = PolicyMonitor(BOUNDS), Ledger()
+        self._keeper: HoldKeeperNode | None = None
         self.decision: Decision | None = None
         self.outcome: Outcome | None = None
         self.belief: tuple[str, int] | None = None
@@ -98,6 +98,9 @@ class Cell:
         self.graph.after(respawn, lambda: self.start(name))
         if name == ARM and self._arm is not None:
             self._arm.close()
+        if name == KEEPER and self._keeper is not None:
+            # As the kernel does.
+            self._keeper._lock.close()
         process.kill()
 
     def start(self, name: str) -> None:
@@ -143,10 +146,12 @@ class Cell:
             folder.mkdir(parents=True, exist_ok=True)
             self._arm = Arm(self.graph, self.table, self._model, folder, self._rng)
             return self._arm.process
-        create: Callable[[], Any] = InferenceNode if name == INFERENCE else HoldKeeperNode
         with self.graph.process(name) as process:
             try:
-                create()
+                if name == INFERENCE:
+                    InferenceNode()
+                else:
+                    self._keeper = HoldKeeperNode()
             except (StoreError, ValueError, OSError):
                 # It ends with exit code 1.
                 process.alive = False

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import sys
 import time
 from pathlib import Path
+from typing import BinaryIO
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
@@ -55,7 +57,9 @@ class HoldKeeperNode(Node):
         conflicts = other_servers(self, ['cell/hold'])
         if conflicts:
             raise ValueError(conflicts[0])
-        self._latch = HoldLatch(self._path())
+        path = self._path()
+        self._lock = only_one(path)
+        self._latch = HoldLatch(path)
         self._state_pub = self.create_publisher(HoldState, 'cell/hold_state', LATCHED)
         each = QoSProfile(depth=HISTORY, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._changes_pub = self.create_publisher(HoldState, 'cell/holds', each)
@@ -70,6 +74,11 @@ class HoldKeeperNode(Node):
         self.create_timer(STATE_PERIOD, self._publish_state, clock=steady_clock())
         self.create_timer(1.0, self._diagnose, clock=steady_clock())
         self.get_logger().info(self._describe())
+
+    def destroy_node(self) -> None:
+        """Let another keeper take over, and destroy the node."""
+        self._lock.close()
+        super().destroy_node()
 
     def _path(self) -> Path:
         return state_folder(self.context.get_domain_id(), self.get_namespace()) / 'hold'
@@ -144,6 +153,23 @@ class HoldKeeperNode(Node):
         self._diagnostics.publish(
             diagnostics_msg('hold_keeper', level, self._describe(), values, stamp)
         )
+
+
+def only_one(path: Path) -> BinaryIO:
+    """Lock the file of the hold for this keeper, as long as the result is kept.
+
+    Raises:
+        OSError: another keeper of this host has it.
+    """
+    lock = path.with_suffix('.lock').open('ab')
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        lock.close()
+        raise OSError(
+            f'Expected no other hold keeper of this cell, got one that keeps {path}.'
+        ) from None
+    return lock
 
 
 def main() -> int:

@@ -23,6 +23,9 @@ from likeme_arm_sim.physics_world import STEP_RATE
 from likeme_arm_sim.simulation_thread import SimulationThread
 from likeme_core.outcomes import Actor, MotionOutcome
 
+#: s between two attempts to write how a motion ended.
+WRITE_PERIOD = 1.0
+
 
 @dataclass(frozen=True)
 class SimulationSettings:
@@ -99,6 +102,8 @@ class SimulationDriver:
         self.cell, self._settings, self._on_step = cell, settings, on_step
         self._report_error = on_error
         self._journal, self._on_motion = journal, on_motion
+        self._unwritten: list[MotionRecord] = []
+        self._next_write = 0.0
         self.real_time_factor, self.errors = 1.0, 0
         self.perceived = PerceivedObjects(settings.table_state_timeout)
         self._thread = SimulationThread(self._idle, self._on_error)
@@ -169,12 +174,22 @@ class SimulationDriver:
             outcome=result.outcome, message=result.message, started=result.started,
             finished=result.finished,
         )  # fmt: skip
-        try:
-            self._journal.end(ended)
-        except JournalError as error:
-            self._on_error(error)
+        self._unwritten.append(ended)
+        self._write_ends()
         self._on_motion(ended)
         return result
+
+    def _write_ends(self) -> None:
+        """Keep how motions ended; again later, if that cannot be written now."""
+        assert self._journal is not None, 'Only motions with a journal are kept.'
+        while self._unwritten:
+            try:
+                self._journal.end(self._unwritten[0])
+            except JournalError as error:
+                self._on_error(error)
+                self._next_write = time.monotonic() + WRITE_PERIOD
+                return
+            self._unwritten.pop(0)
 
     def _action_name(self, action: str) -> str:
         try:
@@ -224,6 +239,8 @@ class SimulationDriver:
         if self._was_blocked and not blocked:
             self.cell.clear_table(self._tick)
         self._was_blocked = blocked
+        if self._unwritten and time.monotonic() > self._next_write:
+            self._write_ends()
         for _ in range(self._steps_per_frame):
             self.cell.step()
             self._on_step()

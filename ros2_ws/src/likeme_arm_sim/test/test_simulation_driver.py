@@ -11,8 +11,8 @@ import pytest
 
 from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import ObjectView
-from likeme_arm.motion_journal import MotionJournal, MotionRecord
-from likeme_arm_sim import motion_control, simulation_thread
+from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
+from likeme_arm_sim import motion_control, simulation_driver, simulation_thread
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.simulation_driver import (
     MotionRequest,
@@ -193,6 +193,40 @@ def test_nothing_moves_that_cannot_be_kept(cell: Cell, tmp_path: pathlib.Path) -
     assert result.outcome is MotionOutcome.FAILED
     assert result.message.startswith('Nothing moved: ')
     assert result.started == 0
+
+
+def test_an_end_that_could_not_be_written_is_written_later(
+    cell: Cell, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell.resume()
+    cell.reset([], [], 0)
+    journal, errors, stepped = MotionJournal(tmp_path / 'm.sqlite'), list[Exception](), [0]
+    write, full = journal.end, [True]
+
+    def end(record: MotionRecord) -> None:
+        if full[0]:
+            raise JournalError('disk full')
+        write(record)
+
+    monkeypatch.setattr(journal, 'end', end)
+    monkeypatch.setattr(simulation_driver, 'WRITE_PERIOD', 0.0)
+    written = threading.Event()
+
+    def on_step() -> None:
+        stepped[0] += 1
+        record = journal.find('a')
+        if not full[0] and record is not None and record.outcome is not None:
+            written.set()
+
+    driver = SimulationDriver(cell, SimulationSettings(), on_step, errors.append, journal)
+    driver.real_time_factor = 0.0
+    driver.start()
+    result = driver.execute(MotionRequest(Actor.HUMAN, 'chicken', PLACE, id='a')).result(60.0)
+    assert result.outcome is MotionOutcome.COMPLETED
+    assert [str(error) for error in errors][:1] == ['disk full']
+    full[0] = False
+    assert written.wait(30.0)
+    driver.stop()
 
 
 def test_a_motion_pauses_while_the_keeper_is_late_and_ends_when_it_is_gone(

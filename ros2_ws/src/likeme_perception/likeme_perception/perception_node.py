@@ -85,7 +85,9 @@ class PerceptionNode(ManagedNode):
         self._restart(None)
 
         self._world_pub = WorldPublisher(self, self._world)
-        self._table_pub = self.create_publisher(TableState, 'table_state', 1)
+        # Subscribers that act on it keep the newest one; recorders and monitors want each, and
+        # what a writer has overwritten it cannot send again.
+        self._table_pub = self.create_publisher(TableState, 'table_state', 10)
         self._demonstration_pub = self.create_publisher(Demonstration, 'demonstration', 10)
         self._done_pub = self.create_publisher(FrameDone, 'frame_done', 100)
         self._marker_pub = self.create_publisher(MarkerArray, 'table_markers', 1)
