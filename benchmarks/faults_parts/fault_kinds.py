@@ -37,7 +37,9 @@ CARRIED = (
     'request arm/execute_action', 'response arm/execute_action', 'request ask_human',
     'response ask_human', 'request arm/motion_status', 'response arm/motion_status',
 )  # fmt: skip
-LOSABLE = tuple(topic for topic in CARRIED if topic not in ('motion', 'cell/holds'))
+LOSABLE = tuple(
+    topic for topic in CARRIED if topic not in ('demonstration', 'motion', 'cell/holds')
+)
 
 
 class Fault(NamedTuple):

@@ -83,16 +83,19 @@ class Arm:
         record = MotionRecord(
             request.id, Actor.ROBOT, request.world, request.object, request.action
         )
-        if self._moving is not None:
-            respond(_response(record, MotionOutcome.BUSY, 'My last motion has not ended.'))
-            return
         try:
-            before = self._journal.begin(record)
+            # Before BUSY: it may be this very request that is under way.
+            before = self._journal.find(record.id)
+            if before is None and self._moving is None:
+                self._journal.begin(record)
         except JournalError as error:
             respond(_response(record, MotionOutcome.FAILED, f'Nothing moved: {error}'))
             return
         if before is not None:
             respond(_response(record, MotionOutcome.REPEATED, 'It was accepted before.'))
+            return
+        if self._moving is not None:
+            respond(_response(record, MotionOutcome.BUSY, 'My last motion has not ended.'))
             return
         self._moving = _Moving(record, stamp_ns(request.expires), respond)
         self._report(record)
