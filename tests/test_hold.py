@@ -73,7 +73,8 @@ class HeldCell:
             if time.monotonic() > self._next_ask:
                 self._next_ask = time.monotonic() + 2.0
                 answers.append(self.begin())
-            return next((answer for answer in answers if answer.done()), None)
+            # One request may be under way when the next one comes.
+            return next((a for a in answers if a.done() and a.result().outcome != Act.BUSY), None)
 
         self._next_ask = 0.0
         answer: ExecuteAction.Response = self.graph.until(answered, 60, 'an answer').result()
