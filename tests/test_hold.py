@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -65,24 +65,33 @@ class HeldCell:
         self.graph.until(future.done, seconds, 'an answer')
         return future.result()
 
-    def ask(self) -> ExecuteAction.Response:
-        """Ask again until there is an answer: for some s, what is sent goes to a killed driver."""
+    def again(self, send: Callable[[], Any], good: Callable[[Any], bool]) -> Any:
+        """Send until there is a good answer: for some s, what is sent goes to a killed node."""
         answers: list[Any] = []
+        times = [0.0]
 
         def answered() -> Any:
-            if time.monotonic() > self._next_ask:
-                self._next_ask = time.monotonic() + 2.0
-                answers.append(self.begin())
-            # One request may be under way when the next one comes.
-            return next((a for a in answers if a.done() and a.result().outcome != Act.BUSY), None)
+            if time.monotonic() > times[-1] + 2.0:
+                times.append(time.monotonic())
+                answers.append(send())
+            return next((each for each in answers if each.done() and good(each.result())), None)
 
-        self._next_ask = 0.0
-        answer: ExecuteAction.Response = self.graph.until(answered, 60, 'an answer').result()
+        return self.graph.until(answered, 60, 'an answer').result()
+
+    def ask(self) -> ExecuteAction.Response:
+        """Ask for an action; one request may be under way when the next one comes."""
+        answer = self.again(self.begin, lambda response: response.outcome != Act.BUSY)
+        assert isinstance(answer, ExecuteAction.Response)
         return answer
 
     def trigger(self, name: str) -> Trigger.Response:
         """Call cell/hold or cell/resume."""
-        return self.graph.call(Trigger, f'cell/{name}', Trigger.Request(), 40)
+        request = Trigger.Request()
+        answer = self.again(
+            lambda: self.graph.send(Trigger, f'cell/{name}', request, 40), lambda _: True
+        )
+        assert isinstance(answer, Trigger.Response)
+        return answer
 
     def until_under_way(self, request_id: str) -> None:
         """Wait until a motion has begun, and half a second of it."""
@@ -123,7 +132,8 @@ def test_a_hold_outlives_the_driver_and_the_keeper_in_any_order(cell: HeldCell) 
     cell.graph.until(lambda: 'held since' in cell.keeper.said, 20, 'what the keeper remembers')
     assert cell.end(cell.begin()).outcome == Act.HELD
 
-    assert cell.trigger('resume').message.startswith('Motion is allowed again.')
+    assert cell.trigger('resume').success
+    cell.graph.until(lambda: not cell.states[-1].held, 10, 'the resume')
     again = cell.end(cell.begin(id='first'))
     assert again.outcome == Act.REPEATED
     assert 'ended as HELD' in again.message
@@ -132,8 +142,8 @@ def test_a_hold_outlives_the_driver_and_the_keeper_in_any_order(cell: HeldCell) 
         HoldState, 'cell/holds',
         QoSProfile(depth=HISTORY, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     )  # fmt: skip
-    cell.graph.until(lambda: len(holds) == 2, 20, 'the history of the hold')
-    assert [state.held for state in holds] == [True, False]
+    cell.graph.until(lambda: len(holds) >= 2, 20, 'the history of the hold')
+    assert [state.held for state in holds][:2] == [True, False]
 
 
 def test_a_motion_whose_driver_is_killed_is_lost_and_not_repeated(cell: HeldCell) -> None:
