@@ -127,7 +127,7 @@ def test_a_model_without_objects(tmp_path: Path) -> None:
     answer = run('practice', '--model', str(tmp_path / 'empty.csv'))
 
     assert answer.exit_code == 1
-    assert 'expected rows of at least one object, got none' in answer.stderr
+    assert 'expected rows of at least one object of the world' in answer.stderr
 
 
 @pytest.mark.parametrize(
