@@ -20,7 +20,9 @@ class InputsCountUp(Policy):
 
     def on_heard(self, message: Any, _: float) -> Found:
         last, self._last = self._last, int(message.number)
-        if last is not None and (message.number == last or message.number > last + 1):
+        # One more 1 after a 1: that session was over with its first input.
+        repeated = message.number == last != 1
+        if last is not None and (repeated or message.number > last + 1):
             yield f'Expected input {last + 1}, got {message.number}.'
 
 
