@@ -447,6 +447,7 @@ def refused_inputs_change_nothing(t: Trace, bad: bool) -> None:
 def inputs_were_published(t: Trace, bad: bool) -> None:
     time = t.table()
     t.heard(0, time + (0.01 if bad else 0))
+    t.wait(3.0)
 
 
 def demonstrations_are_heard(t: Trace, bad: bool) -> None:

@@ -59,23 +59,31 @@ class InputsWerePublished(Policy):
 
     def __init__(self, seen: Seen, bounds: Bounds) -> None:
         super().__init__(seen, bounds)
-        # On a loaded machine a monitor may miss a table state, but hardly its acknowledgement too.
+        # On a loaded machine a monitor may miss a table state, but hardly its acknowledgement
+        # too, which comes after the session may have taken it.
         self._acknowledged: Recent[bool] = Recent(1000)
+        self._doubted = Deadlines()
 
     def on_frame_done(self, message: Any, _: float) -> Found:
-        self._acknowledged[stamp_of(message)] = bool(message.table_state)
+        if message.table_state:
+            self._acknowledged[stamp_of(message)] = True
+            self._doubted.meet(stamp_of(message))
         yield from ()
 
-    def on_heard(self, message: Any, _: float) -> Found:
+    def on_heard(self, message: Any, now: float) -> Found:
         stamp, first = stamp_of(message), self.seen.first_stamp
         if message.refused or first is None or stamp < first:
             return
-        published = stamp in self.seen.tables or self._acknowledged.get(stamp, False)
+        published = stamp in self.seen.tables or stamp in self._acknowledged
         if message.kind == HEARD_TABLE and not published:
-            yield f'Expected a table state of {stamp} ns before it is taken, got none.'
+            sentence = f'Expected a table state of {stamp} ns before it is taken, got none.'
+            self._doubted.expect(stamp, now + self.bounds.told, sentence)
         shown = {each for each, _ in self.seen.demonstrations}
         if message.kind == HEARD_DEMONSTRATION and stamp not in shown:
             yield f'Expected a demonstration of {stamp} ns before it is taken, got none.'
+
+    def tick(self, now: float) -> Found:
+        yield from self._doubted.overdue(now)
 
 
 class DemonstrationsAreHeard(Policy):
