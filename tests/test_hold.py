@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -23,13 +22,13 @@ from likeme_arm.hold_latch import HISTORY
 from likeme_core.heartbeats import NodeState
 from likeme_core.processes import die_with_parent
 from likeme_core.ros.heartbeat import HeartbeatSubscriber
+from likeme_core.ros.qos import kept
 from likeme_msgs.msg import HoldState, Motion
 from likeme_msgs.srv import ExecuteAction, MotionStatus
 
 pytestmark = pytest.mark.graph
 DRIVER = 'likeme_arm_sim.arm_driver_node'
 Act = ExecuteAction.Request
-KEPT = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class HeldCell:
@@ -40,7 +39,7 @@ class HeldCell:
         self.keeper = graph.start(HOLD_KEEPER)
         self.driver = graph.start(DRIVER, seed=1)
         self.states = graph.collect(HoldState, 'cell/hold_state', LATCHED)
-        self.motions = graph.collect(Motion, 'motion', KEPT)
+        self.motions = graph.collect(Motion, 'motion', kept(100))
         self.joints = graph.collect(JointState, 'joint_states')
         self.monitor = HeartbeatSubscriber(graph.node).monitor
         graph.until(self.ready, 40, 'a driver that hears its keeper')
@@ -138,10 +137,7 @@ def test_a_hold_outlives_the_driver_and_the_keeper_in_any_order(cell: HeldCell) 
     assert again.outcome == Act.REPEATED
     assert 'ended as HELD' in again.message
     assert cell.end(cell.begin(), 60).outcome == Act.COMPLETED
-    holds = cell.graph.collect(
-        HoldState, 'cell/holds',
-        QoSProfile(depth=HISTORY, durability=DurabilityPolicy.TRANSIENT_LOCAL),
-    )  # fmt: skip
+    holds = cell.graph.collect(HoldState, 'cell/holds', kept(HISTORY))
     cell.graph.until(lambda: len(holds) >= 2, 20, 'the history of the hold')
     assert [state.held for state in holds][:2] == [True, False]
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 
 from faults_parts.sim_graph import Graph
@@ -19,6 +18,7 @@ from likeme_arm.ros.hold_topics import HoldTopics
 from likeme_core.observations import TableSnapshot
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.heartbeat import HeartbeatPublisher
+from likeme_core.ros.qos import kept
 from likeme_core.stamps import stamp_ns
 from likeme_inference.session_inputs import read_table
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -30,7 +30,7 @@ MOTION_TIME = 1.0
 #: s for which a motion waits for a keeper that is not heard; as in the simulated cell.
 PATIENCE = 2.0
 SPEED = 0.5
-_KEPT: Any = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_KEPT: Any = kept(100)
 
 
 class Arm:

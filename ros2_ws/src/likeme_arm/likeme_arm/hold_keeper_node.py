@@ -10,7 +10,6 @@ from typing import BinaryIO
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -19,10 +18,10 @@ from likeme_core.heartbeats import NodeState
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.other_servers import other_servers
-from likeme_core.ros.qos import LATCHED
+from likeme_core.ros.qos import LATCHED, kept
 from likeme_core.ros.spin import run_node
+from likeme_core.ros.state_folder import state_folder_of
 from likeme_core.ros.time import steady_clock, time_msg
-from likeme_core.state_folder import state_folder
 from likeme_msgs.msg import HoldState
 
 #: s between two messages of the state, also while nothing changes.
@@ -57,12 +56,11 @@ class HoldKeeperNode(Node):
         conflicts = other_servers(self, ['cell/hold'])
         if conflicts:
             raise ValueError(conflicts[0])
-        path = self._path()
+        path = state_folder_of(self) / 'hold'
         self._lock = only_one(path)
         self._latch = HoldLatch(path)
         self._state_pub = self.create_publisher(HoldState, 'cell/hold_state', LATCHED)
-        each = QoSProfile(depth=HISTORY, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._changes_pub = self.create_publisher(HoldState, 'cell/holds', each)
+        self._changes_pub = self.create_publisher(HoldState, 'cell/holds', kept(HISTORY))
         self._heartbeat = HeartbeatPublisher(self, self._health)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self.create_subscription(String, 'cell/stop', self._on_stop, 10)
@@ -79,9 +77,6 @@ class HoldKeeperNode(Node):
         """Let another keeper take over, and destroy the node."""
         self._lock.close()
         super().destroy_node()
-
-    def _path(self) -> Path:
-        return state_folder(self.context.get_domain_id(), self.get_namespace()) / 'hold'
 
     def _on_stop(self, message: String) -> None:
         self._hold(message.data or 'cell/stop', 'stopped')

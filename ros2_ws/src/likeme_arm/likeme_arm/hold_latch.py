@@ -109,16 +109,18 @@ class HoldLatch:
         return True
 
     def _write(self) -> None:
-        self._sequence += 1
-        line = _line(self._sequence, self.history)
+        # A write that fails is tried again in the same slot: the other one is whole.
+        sequence = self._sequence + 1
+        line = _line(sequence, self.history)
         descriptor = os.open(self._path, os.O_WRONLY | os.O_CLOEXEC)
         try:
-            offset = SLOT * (self._sequence % 2)
+            offset = SLOT * (sequence % 2)
             if os.pwrite(descriptor, line.ljust(SLOT - 1) + b'\n', offset) != SLOT:
                 raise OSError('the write was cut off')
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+        self._sequence = sequence
 
     def _read(self) -> None:
         try:

@@ -11,8 +11,7 @@ import time
 from collections.abc import Callable
 from enum import Enum, auto
 
-#: Default of the longest time between two messages of the keeper, s: six of its periods.
-HOLD_TIMEOUT = 0.3
+from likeme_core.heartbeats import HOLD_TIMEOUT
 
 
 class Block(Enum):

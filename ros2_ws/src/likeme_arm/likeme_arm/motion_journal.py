@@ -41,6 +41,16 @@ class MotionRecord(NamedTuple):
     started: int = 0
     finished: int = 0
 
+    @property
+    def refusal(self) -> str:
+        """Why another request with this id is refused."""
+        if self.outcome is None:
+            return f'Request {self.id} is under way: nothing was started.'
+        return (
+            f'Request {self.id} was carried out before, it ended as {self.outcome.name}: nothing '
+            'was started.'
+        )
+
 
 class JournalError(Exception):
     """The journal cannot be read or written; the message says where and why."""

@@ -10,7 +10,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 
 from likeme_arm.hold_monitor import Block, HoldMonitor
@@ -35,10 +34,11 @@ from likeme_core.outcomes import Actor
 from likeme_core.ros import parameters
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.other_servers import other_servers
+from likeme_core.ros.qos import kept
 from likeme_core.ros.spin import run_node
+from likeme_core.ros.state_folder import state_folder_of
 from likeme_core.ros.time import steady_clock, time_msg
 from likeme_core.ros.world import WorldPublisher, declare_world
-from likeme_core.state_folder import state_folder
 from likeme_msgs.msg import Motion
 
 STEPS_PER_CLOCK = 4
@@ -91,8 +91,7 @@ class ArmDriverNode(Node):
             self._world, seed, cell_settings(values, self._world), arm_visible,
             lambda: self._hold.block,
         )  # fmt: skip
-        folder = state_folder(self.context.get_domain_id(), self.get_namespace())
-        self._journal = MotionJournal(folder / 'motions.sqlite')
+        self._journal = MotionJournal(state_folder_of(self) / 'motions.sqlite')
         self._driver = SimulationDriver(
             self._cell, settings, self._on_step, self._on_error, self._journal, self._on_motion
         )
@@ -132,8 +131,7 @@ class ArmDriverNode(Node):
         )
         self._camera = CameraPublisher(self, self._cell) if camera else None
         self._arm = ArmTopics(self, self._driver) if arm else None
-        kept = QoSProfile(depth=MOTIONS_KEPT, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._motion_pub = self.create_publisher(Motion, 'motion', kept)
+        self._motion_pub = self.create_publisher(Motion, 'motion', kept(MOTIONS_KEPT))
         self._motions = [
             MotionService(self, self._driver, actor, self._journal) for actor in actors
         ]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from likeme_arm.hold_monitor import HOLD_TIMEOUT
 from likeme_arm_sim.cell import CellSettings
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
 from likeme_arm_sim.simulation_driver import SimulationSettings
+from likeme_core.heartbeats import HOLD_TIMEOUT
 from likeme_core.settings import Setting
 from likeme_core.tabletop import State
 from likeme_core.world import World

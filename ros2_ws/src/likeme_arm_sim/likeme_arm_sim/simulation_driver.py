@@ -167,7 +167,7 @@ class SimulationDriver:
         except JournalError as error:
             return StampedResult(MotionOutcome.FAILED, f'Nothing moved: {error}')
         if before is not None:
-            return StampedResult(MotionOutcome.REPEATED, repeated(before))
+            return StampedResult(MotionOutcome.REPEATED, before.refusal)
         self._on_motion(record)
         result = self._move(request)
         ended = record._replace(
@@ -203,9 +203,11 @@ class SimulationDriver:
         if request.expires and started > request.expires:
             late = (started - request.expires) * 1e-9
             return StampedResult(MotionOutcome.EXPIRED, f'The request expired {late:.1f} s ago.')
-        actor, name, action, budget = *request[:3], self._settings.motion_budget
         try:
-            result = self.cell.run_action(actor, name, action, self._view, self._tick, budget)
+            result = self.cell.run_action(
+                request.actor, request.object, request.action, self._view, self._tick,
+                self._settings.motion_budget,
+            )  # fmt: skip
         except Exception as error:
             self._on_error(error)
             message = f'The motion failed: {type(error).__name__}: {error}'
@@ -255,13 +257,3 @@ class SimulationDriver:
     def _on_error(self, error: Exception) -> None:
         self.errors += 1
         self._report_error(error)
-
-
-def repeated(before: MotionRecord) -> str:
-    """The sentence that refuses a request whose id was accepted before."""
-    if before.outcome is None:
-        return f'Request {before.id} is under way: nothing was started.'
-    return (
-        f'Request {before.id} was carried out before, it ended as {before.outcome.name}: nothing '
-        'was started.'
-    )

@@ -13,7 +13,7 @@ EXPECTED = ('hold_keeper', 'arm_driver', 'perception_node', 'inference_node')
 ASKS = 'inference_node'
 
 
-class Motion(NamedTuple):
+class MotionPermission(NamedTuple):
     """Whether the arm may move, and if not, why."""
 
     allowed: bool
@@ -56,7 +56,7 @@ class CellStatus:
         questions: those that are open; None: the inference node did not tell.
     """
 
-    motion: Motion
+    motion: MotionPermission
     nodes: Mapping[str, NodeStatus]
     questions: tuple[Question, ...] | None = None
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from likeme_bringup.cell_status import EXPECTED, CellStatus, Motion, Question, node_statuses
+from likeme_bringup.cell_status import (
+    EXPECTED,
+    CellStatus,
+    MotionPermission,
+    Question,
+    node_statuses,
+)
 from likeme_core.heartbeats import NodeRecord, NodeState
 
-ALLOWED = Motion(True)
+ALLOWED = MotionPermission(True)
 QUESTION = Question(3, 'pear', 'Shall I?')
 
 
@@ -21,7 +27,7 @@ def heard(
 
 
 def status(
-    motion: Motion = ALLOWED,
+    motion: MotionPermission = ALLOWED,
     questions: tuple[Question, ...] = (),
     silence: float = 0.0,
     **changes: NodeRecord,
@@ -39,7 +45,7 @@ def test_a_cell_in_service() -> None:
 
 
 def test_a_hold_takes_it_out_of_service() -> None:
-    cell = status(Motion(False, 'held by anna: a hand is in the way'))
+    cell = status(MotionPermission(False, 'held by anna: a hand is in the way'))
     assert not cell.in_service
     assert cell.line.startswith('motion held by anna: a hand is in the way | ')
 
@@ -60,7 +66,7 @@ def test_silent_absent_and_further_nodes() -> None:
     cell = status(silence=0.6)
     assert not cell.in_service
     assert 'inference_node silent: not heard for 0.6 s |' in cell.line
-    nothing = CellStatus(Motion(True), node_statuses({}, {}, 0.25))
+    nothing = CellStatus(MotionPermission(True), node_statuses({}, {}, 0.25))
     assert not nothing.in_service
     assert nothing.line == (
         'motion allowed | hold_keeper absent | arm_driver absent | perception_node absent | '

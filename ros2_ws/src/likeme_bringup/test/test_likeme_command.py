@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import importlib
+import re
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +15,16 @@ from likeme_bringup.likeme_command import COMMANDS, main
 def test_every_command_is_an_entry_point(name: str) -> None:
     module, _, function = COMMANDS[name].partition(':')
     assert callable(getattr(importlib.import_module(module), function))
+
+
+def test_no_command_line_of_a_package_is_left_out() -> None:
+    packages = Path(__file__).parents[2]
+    scripts = {
+        match.replace('_', '-')
+        for setup in packages.glob('*/setup.py')
+        for match in re.findall(r"'(\w+) = [\w.]+:\w+'", setup.read_text())
+    }
+    assert {name for name in scripts if not name.endswith('-node')} - {'likeme'} == set(COMMANDS)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+import os
 from typing import Annotated, Any
 
 import typer
@@ -12,6 +13,17 @@ from likeme_core.world.file import DEFAULT_WORLD
 
 #: 232 is the greatest domain ID for which DDS has ports.
 Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
+
+#: Of clients of a running cell.
+Network = Annotated[
+    bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
+]
+
+
+def set_discovery(network: bool) -> None:
+    """Let this process find nodes on the subnet, if `network`; before rclpy is initialised."""
+    if network:
+        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
 
 
 def user_name() -> str:

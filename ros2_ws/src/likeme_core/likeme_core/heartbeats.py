@@ -6,13 +6,16 @@ Times are s of a monotonic clock, passed in.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum, StrEnum
+from enum import IntEnum
 
 #: s between two heartbeats of a node.
 HEARTBEAT_PERIOD = 0.05
 #: s without a heartbeat after which a node counts as silent. Five periods: on a loaded machine
 #: single heartbeats are late.
 HEARTBEAT_TIMEOUT = 0.25
+#: s without a message of the hold keeper after which nothing moves, unless a driver has another
+#: `hold_timeout`: six of the keeper's periods.
+HOLD_TIMEOUT = 0.3
 
 
 class NodeState(IntEnum):
@@ -29,15 +32,7 @@ def described(state: NodeState, message: str) -> str:
     return state.name.lower() + (f': {message}' if message else '')
 
 
-class Change(StrEnum):
-    """What a heartbeat tells beyond that the node is alive."""
-
-    FIRST = 'first'
-    RESTARTED = 'restarted'
-    BACK = 'back'
-
-
-@dataclass
+@dataclass(frozen=True)
 class NodeRecord:
     """What is known of one node.
 
@@ -63,38 +58,29 @@ class HeartbeatMonitor:
         nodes: by fully qualified name.
     """
 
-    def __init__(self, timeout: float = HEARTBEAT_TIMEOUT) -> None:
+    def __init__(self) -> None:
         self.nodes: dict[str, NodeRecord] = {}
-        self._timeout = timeout
         # A killed run's last heartbeat may arrive after the first one of the next run.
         self._ended_runs: set[str] = set()
 
     def hear(
         self, name: str, run: str, now: float, state: int = NodeState.READY, message: str = '',
         version: str = '',
-    ) -> Change | None:  # fmt: skip
-        """Take in a heartbeat; what it tells, None if only that the node is still alive."""
-        known = self.nodes.get(name)
+    ) -> None:  # fmt: skip
+        """Take in a heartbeat."""
         if run in self._ended_runs:
-            return None
+            return
         health = NodeState(state) if state in set(NodeState) else NodeState.DEGRADED
-        if known is None:
-            self.nodes[name] = NodeRecord(run, now, health, message, version)
-            return Change.FIRST
-        silent = now - known.heard > self._timeout
-        restarted = run != known.run
-        if restarted:
-            self._ended_runs.add(known.run)
-            known.run, known.restarts = run, known.restarts + 1
-        known.heard, known.state, known.message, known.version = now, health, message, version
-        if restarted:
-            return Change.RESTARTED
-        return Change.BACK if silent else None
+        restarts, known = 0, self.nodes.get(name)
+        if known is not None:
+            restarts = known.restarts + (run != known.run)
+            if run != known.run:
+                self._ended_runs.add(known.run)
+        self.nodes[name] = NodeRecord(run, now, health, message, version, restarts)
 
     def alive(self, name: str, now: float) -> bool:
-        """Whether a node was heard within the timeout."""
-        known = self.nodes.get(name)
-        return known is not None and now - known.heard <= self._timeout
+        """Whether a node was heard within HEARTBEAT_TIMEOUT."""
+        return self.silence(name, now) <= HEARTBEAT_TIMEOUT
 
     def silence(self, name: str, now: float) -> float:
         """Seconds since a node was heard; infinite if it never was."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import getpass
-import os
 import sys
 import time
 from collections.abc import Iterator
@@ -18,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from rich.console import Console
 from rich.markup import escape
 
-from likeme_core.cli import Domain
+from likeme_core.cli import Domain, Network, set_discovery, user_name
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_inference.console_replies import MENU, WORDS, read_reply
@@ -43,14 +41,6 @@ app = typer.Typer(
 )
 
 
-def user_name() -> str:
-    """The user name, if the system knows it."""
-    try:
-        return getpass.getuser()
-    except (KeyError, OSError):
-        return 'operator'
-
-
 Name = Annotated[
     str,
     typer.Option(
@@ -59,9 +49,6 @@ Name = Annotated[
         default_factory=user_name,
         show_default='the user name',
     ),
-]
-Network = Annotated[
-    bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
 ]
 
 
@@ -140,8 +127,7 @@ class AskHumanClient(Node):
 @contextmanager
 def ask_human_client(network: bool, domain: int) -> Iterator[AskHumanClient]:
     """A node for one command; Ctrl-C and an absent service set the exit code."""
-    if network:
-        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
+    set_discovery(network)
     rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     node = AskHumanClient()
     try:

@@ -67,7 +67,6 @@ def decision_record(
     model = session.model
     objects = list(model.objects) if settings.shared_prior else [decision.object]
     return {
-        'world': settings.world.label,
         'decision': to_json(decision),
         'demonstration': to_json(demonstration or here.demonstration),
         'view': to_json(here.latest),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 import uuid
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,9 @@ from likeme_core.observations import TableSnapshot
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.spin import run_node
+from likeme_core.ros.state_folder import state_folder_of
 from likeme_core.ros.time import steady_clock
 from likeme_core.ros.world import WorldPublisher, declare_world
-from likeme_core.state_folder import state_folder
 from likeme_inference import messages
 from likeme_inference.arm_call import ArmCall, NotSentError
 from likeme_inference.cell_report_filter import CellReportFilter
@@ -157,7 +158,11 @@ class InferenceNode(Node):
         """The decision log; of a replay there is none."""
         name = self.get_fully_qualified_name()
         cell = f'{values["robot"]}/{self.context.get_domain_id()}{name}'
-        opened = None if values['replayed'] else open_decision_log(values, self._folder)
+        opened = (
+            None
+            if values['replayed']
+            else open_decision_log(values, partial(state_folder_of, self))
+        )
         log = SessionLog(opened, self._world, cell, self._heartbeat.run)
         log.paused = values['replayed']
         return log
@@ -172,13 +177,10 @@ class InferenceNode(Node):
         if log.log is not None:
             return
         try:
-            log.log = open_decision_log(values, self._folder)
+            log.log = open_decision_log(values, partial(state_folder_of, self))
             self._logged.last_decision = restore(log).state.decisions
         except (StoreError, OSError) as error:
             raise ValueError(str(error)) from error
-
-    def _folder(self) -> Path:
-        return state_folder(self.context.get_domain_id(), self.get_namespace())
 
     def _take_up(self, restored: Restored, values: Values) -> None:
         """Go on where the last run of this node was."""

@@ -16,7 +16,7 @@ from likeme_core.cli import Domain
 from likeme_core.state_folder import state_folder
 from likeme_inference.experience.decision_log import LOG_FILE, DecisionLog, LogEntry
 from likeme_inference.experience.store_error import StoreError
-from likeme_inference.log_story import Story, line, sentence
+from likeme_inference.log_story import DecisionStory, line, sentence
 
 app = typer.Typer(
     help='The decision log: what was seen, decided, asked, answered and done.',
@@ -80,7 +80,7 @@ def why(
     Exit code 1: it does not follow from its record.
     """
     with opened(store, domain, namespace) as log:
-        story = Story(log, number)
+        story = DecisionStory(log, number)
         differences = story.differences()
         typer.echo('\n'.join([*story.lines(), *numbers(story.decision.data)]))
     typer.echo('re-derived: ' + ('same' if not differences else 'it differs.'))
@@ -164,15 +164,22 @@ def json_line(entry: LogEntry) -> str:
 
 def write_json(log: DecisionLog, out: TextIO) -> int:
     """Write all entries as JSON lines; their number."""
-    return sum(out.write(json_line(entry) + '\n') > 0 for entry in log.entries())
+    count = 0
+    for entry in log.entries():
+        count += 1
+        out.write(json_line(entry) + '\n')
+    return count
 
 
 def write_csv(log: DecisionLog, out: TextIO) -> int:
     """Write all entries as CSV with a sentence each; their number."""
     writer = csv.writer(out)
     writer.writerow([*LogEntry._fields, 'sentence'])
-    rows = ([*entry, sentence(entry)] for entry in log.entries())
-    return sum(writer.writerow(row) > 0 for row in rows)
+    count = 0
+    for entry in log.entries():
+        count += 1
+        writer.writerow([*entry, sentence(entry)])
+    return count
 
 
 def main() -> None:

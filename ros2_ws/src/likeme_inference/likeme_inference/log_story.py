@@ -79,7 +79,7 @@ _SENTENCES = {
 }
 
 
-class Story:
+class DecisionStory:
     """One decision with all that led to it and followed from it."""
 
     def __init__(self, log: DecisionLog, number: int) -> None:

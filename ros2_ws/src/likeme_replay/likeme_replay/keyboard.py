@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import select
 import sys
-import termios
-import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+from likeme_core.terminal import single_keys
 
 
 @contextmanager
@@ -21,9 +21,6 @@ def keyboard() -> Iterator[Callable[[], str]]:
     if source is None:
         yield lambda: ''
         return
-    before = termios.tcgetattr(source) if os.isatty(source) else None
-    if before is not None:
-        tty.setcbreak(source)
     ended = False
 
     def keys() -> str:
@@ -34,11 +31,8 @@ def keyboard() -> Iterator[Callable[[], str]]:
         ended = not pressed
         return pressed.decode('utf-8', 'replace')
 
-    try:
+    with single_keys(source):
         yield keys
-    finally:
-        if before is not None:
-            termios.tcsetattr(source, termios.TCSADRAIN, before)
 
 
 def _descriptor() -> int | None:

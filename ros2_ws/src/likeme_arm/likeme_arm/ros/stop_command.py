@@ -5,12 +5,9 @@ from __future__ import annotations
 import os
 import select
 import sys
-import termios
 import threading
 import time
-import tty
 from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Annotated
 
 import rclpy
@@ -20,8 +17,9 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
-from likeme_core.cli import Domain, user_name
+from likeme_core.cli import Domain, Network, set_discovery, user_name
 from likeme_core.ros.qos import LATCHED
+from likeme_core.terminal import single_keys
 from likeme_msgs.msg import HoldState
 
 #: s in which the keeper has to confirm a stop.
@@ -93,14 +91,11 @@ def stop(
             '--by', help='Who stops.', default_factory=user_name, show_default='the user name'
         ),
     ],
-    network: Annotated[
-        bool, typer.Option('--network', help='Stop a cell on other machines of the subnet too.')
-    ] = False,
+    network: Network = False,
     domain: Domain = 0,
 ) -> None:
     """Stop every motion of the cell at a key; Ctrl-C leaves. It stays held until it is resumed."""
-    if network:
-        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
+    set_discovery(network)
     rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     node = StopClient()
     executor = SingleThreadedExecutor()
@@ -151,7 +146,7 @@ def serve_keys(node: StopClient, by: str) -> int:
 def keys() -> Iterator[bytes]:
     """Each key of the terminal, or each line of another input; a burst of keys counts once."""
     descriptor = sys.stdin.fileno()
-    with _single_keys(descriptor):
+    with single_keys(descriptor):
         while True:
             key = os.read(descriptor, 1024)
             if key in END_KEYS:
@@ -160,20 +155,6 @@ def keys() -> Iterator[bytes]:
             while select.select([descriptor], [], [], 0)[0] and os.isatty(descriptor):
                 if os.read(descriptor, 1024) in END_KEYS:
                     return
-
-
-@contextmanager
-def _single_keys(descriptor: int) -> Iterator[None]:
-    """The terminal gives every key at once, without Enter; Ctrl-C is still a signal."""
-    if not os.isatty(descriptor):
-        yield
-        return
-    before = termios.tcgetattr(descriptor)
-    tty.setcbreak(descriptor)
-    try:
-        yield
-    finally:
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
 
 
 def main() -> None:

@@ -10,12 +10,7 @@ from rclpy.node import Node
 from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
 from likeme_arm_sim import messages
 from likeme_arm_sim.ros.job_future import job_ended
-from likeme_arm_sim.simulation_driver import (
-    MotionRequest,
-    SimulationDriver,
-    StampedResult,
-    repeated,
-)
+from likeme_arm_sim.simulation_driver import MotionRequest, SimulationDriver, StampedResult
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.srv import ExecuteAction, MotionStatus
@@ -69,7 +64,7 @@ class MotionService:
         # Before BUSY: it may be this very request that is under way.
         before = self._find(request.id)
         if before is not None:
-            return StampedResult(MotionOutcome.REPEATED, repeated(before))
+            return StampedResult(MotionOutcome.REPEATED, before.refusal)
         job = self._driver.execute(
             MotionRequest(
                 self._actor, request.object, request.action, stamp_ns(request.expires), request.id

@@ -21,15 +21,11 @@ from likeme_bringup.ros.service_client import (
     next_table_state,
 )
 from likeme_bringup.ros.status_command import status_command
-from likeme_core.cli import Domain
+from likeme_core.cli import Domain, Network
 from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_core.tabletop import Manner
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
-
-Network = Annotated[
-    bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')
-]
 
 
 def state_name(names: WorldNames, state: int) -> str:

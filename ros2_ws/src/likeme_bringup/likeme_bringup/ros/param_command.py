@@ -17,9 +17,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-from likeme_bringup.ros.cell_commands import Network, application, report
+from likeme_bringup.ros.cell_commands import application, report
 from likeme_bringup.ros.service_client import DISCOVERY_TIMEOUT, CallResult, client_node, domain_of
-from likeme_core.cli import Domain
+from likeme_core.cli import Domain, Network
 
 NodeName = Annotated[str, typer.Argument(metavar='NODE', help='e.g. inference_node.')]
 Name = Annotated[str, typer.Argument(metavar='NAME', help='Of the parameter.')]

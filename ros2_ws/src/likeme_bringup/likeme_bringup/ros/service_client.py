@@ -12,6 +12,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
+from likeme_core.cli import set_discovery
 from likeme_msgs.msg import TableState
 
 # For a service or a first message to appear, s. With the start of Python, a caller reports within
@@ -35,8 +36,7 @@ class CallResult(NamedTuple):
 @contextmanager
 def client_node(network: bool, domain: int) -> Iterator[Node]:
     """A short-lived node."""
-    if network:
-        os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
+    set_discovery(network)
     rclpy.init(domain_id=domain)
     node = Node(f'caller_{os.getpid()}')
     try:

@@ -14,27 +14,24 @@ from typing import Annotated, Any
 import rclpy
 import typer
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from likeme_bringup.cell_status import (
     EXPECTED,
     CellStatus,
-    Motion,
+    MotionPermission,
     Question,
     node_statuses,
 )
 from likeme_bringup.ros.service_client import DISCOVERY_TIMEOUT, client_node, domain_of
-from likeme_core.cli import Domain
-from likeme_core.heartbeats import HEARTBEAT_TIMEOUT
+from likeme_core.cli import Domain, Network
+from likeme_core.heartbeats import HEARTBEAT_TIMEOUT, HOLD_TIMEOUT
 from likeme_core.ros.heartbeat import HeartbeatSubscriber
+from likeme_core.ros.qos import LATCHED
 from likeme_msgs.msg import HoldState
 from likeme_msgs.srv import AskHuman
 
 #: s to wait for the other nodes once one is heard, and to watch them then.
 OTHERS_TIMEOUT, WATCH = 2.0, 1.0
-#: s without a hold state after which a motor stops, see likeme_arm.
-HOLD_TIMEOUT = 0.3
-HOLD_QOS = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class StatusWatcher:
@@ -47,7 +44,7 @@ class StatusWatcher:
         self._hold_heard = 0.0
         self._asked: Any = None
         self._client = node.create_client(AskHuman, 'ask_human')
-        node.create_subscription(HoldState, 'cell/hold_state', self._on_hold, HOLD_QOS)
+        node.create_subscription(HoldState, 'cell/hold_state', self._on_hold, LATCHED)
 
     def watch(self) -> CellStatus | None:
         """The cell as it is after a while; None if there is none."""
@@ -76,14 +73,14 @@ class StatusWatcher:
     def _on_hold(self, state: HoldState) -> None:
         self._hold, self._hold_heard = state, time.monotonic()
 
-    def _motion(self, now: float) -> Motion:
+    def _motion(self, now: float) -> MotionPermission:
         if self._hold is None or now - self._hold_heard > HOLD_TIMEOUT:
-            return Motion(False, 'stopped: the hold keeper is not heard')
+            return MotionPermission(False, 'stopped: the hold keeper is not heard')
         if not self._hold.held:
-            return Motion(True)
+            return MotionPermission(True)
         by = f' by {self._hold.by}' if self._hold.by else ''
         reason = f': {self._hold.reason}' if self._hold.reason else ''
-        return Motion(False, f'held{by}{reason}')
+        return MotionPermission(False, f'held{by}{reason}')
 
     def _questions(self) -> tuple[Question, ...] | None:
         if self._asked is None or not self._asked.done():
@@ -96,10 +93,7 @@ class StatusWatcher:
 
 def status_command(
     as_json: Annotated[bool, typer.Option('--json', help='One JSON document.')] = False,
-    network: Annotated[
-        bool,
-        typer.Option('--network', help='Look for the cell on other machines of the subnet too.'),
-    ] = False,
+    network: Network = False,
     domain: Domain = 0,
 ) -> None:
     """Print the state of the cell in one line; exit code 0: all is ready and may move."""

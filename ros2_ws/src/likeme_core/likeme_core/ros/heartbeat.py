@@ -9,7 +9,7 @@ from collections.abc import Callable
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
-from likeme_core.heartbeats import HEARTBEAT_PERIOD, Change, HeartbeatMonitor, NodeState
+from likeme_core.heartbeats import HEARTBEAT_PERIOD, HeartbeatMonitor, NodeState
 from likeme_core.ros.diagnostics import software_version
 from likeme_core.ros.time import steady_clock, time_msg
 from likeme_msgs.msg import Heartbeat
@@ -59,17 +59,11 @@ class HeartbeatSubscriber:
         monitor: what was heard.
     """
 
-    def __init__(
-        self, node: Node, on_change: Callable[[str, Change], None] = lambda _name, _change: None
-    ) -> None:
-        """on_change: called with a node's name when it is new, restarted or back."""
+    def __init__(self, node: Node) -> None:
         self.monitor = HeartbeatMonitor()
-        self._on_change = on_change
         node.create_subscription(Heartbeat, 'heartbeat', self._on_heartbeat, HEARTBEAT_QOS)
 
     def _on_heartbeat(self, beat: Heartbeat) -> None:
-        change = self.monitor.hear(
+        self.monitor.hear(
             beat.node, beat.run, time.monotonic(), beat.state, beat.message, beat.version
         )
-        if change is not None:
-            self._on_change(beat.node, change)

@@ -6,16 +6,16 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.ros.qos import kept
 from likeme_core.ros.time import stamp_ns
 from likeme_inference.arm_motion import MotionState
 from likeme_inference.cell_report_filter import CellReportFilter
 from likeme_msgs.msg import HoldState, Motion
 
 #: Of topics whose last messages are kept for those who come later.
-KEPT = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+KEPT = kept(100)
 
 
 class CellReports:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from likeme_replay.policies.policy import Bounds, Deadlines, Found, Policy
+from likeme_replay.policies.policy import Bounds, Expectant, Found, Policy
 from likeme_replay.policies.seen import Recent, Seen
 
 
@@ -41,28 +41,24 @@ class HoldsSayTheSame(Policy):
             yield f'Expected change {message.change} to be {known}, got {what}.'
 
 
-class HoldsAreTold(Policy):
+class HoldsAreTold(Expectant):
     """Every change of the state is reported on `cell/holds` within a bound."""
 
     def __init__(self, seen: Seen, bounds: Bounds) -> None:
         super().__init__(seen, bounds)
         self._told: Recent[bool] = Recent(100)
-        self._waiting = Deadlines()
 
     def on_cell_holds(self, message: Any, _: float) -> Found:
         self._told[int(message.change)] = True
-        self._waiting.meet(int(message.change))
+        self._expected.meet(int(message.change))
         yield from ()
 
     def on_cell_hold_state(self, message: Any, now: float) -> Found:
         before, change = self.seen.hold, int(message.change)
         if before is not None and change > before.change and change not in self._told:
             sentence = f'Expected change {change} on cell/holds by now, got none.'
-            self._waiting.expect(change, now + self.bounds.told, sentence)
+            self._expected.expect(change, now + self.bounds.told, sentence)
         yield from ()
-
-    def tick(self, now: float) -> Found:
-        yield from self._waiting.overdue(now)
 
 
 class KeeperComesBack(Policy):

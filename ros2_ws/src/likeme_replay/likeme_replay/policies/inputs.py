@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from likeme_replay.policies.policy import Bounds, Deadlines, Found, Policy
+from likeme_replay.policies.policy import Bounds, Expectant, Found, Policy
 from likeme_replay.policies.seen import HEARD_DEMONSTRATION, HEARD_TABLE, Recent, Seen, stamp_of
 
 
@@ -54,7 +54,7 @@ class RefusedInputsChangeNothing(Policy):
             yield f'Expected {last.events} events after a refusal, got {message.events}.'
 
 
-class InputsWerePublished(Policy):
+class InputsWerePublished(Expectant):
     """A table state or demonstration that the session took has been published."""
 
     def __init__(self, seen: Seen, bounds: Bounds) -> None:
@@ -62,12 +62,11 @@ class InputsWerePublished(Policy):
         # On a loaded machine a monitor may miss a table state, but hardly its acknowledgement
         # too, which comes after the session may have taken it.
         self._acknowledged: Recent[bool] = Recent(1000)
-        self._doubted = Deadlines()
 
     def on_frame_done(self, message: Any, _: float) -> Found:
         if message.table_state:
             self._acknowledged[stamp_of(message)] = True
-            self._doubted.meet(stamp_of(message))
+            self._expected.meet(stamp_of(message))
         yield from ()
 
     def on_heard(self, message: Any, now: float) -> Found:
@@ -77,40 +76,36 @@ class InputsWerePublished(Policy):
         published = stamp in self.seen.tables or stamp in self._acknowledged
         if message.kind == HEARD_TABLE and not published:
             sentence = f'Expected a table state of {stamp} ns before it is taken, got none.'
-            self._doubted.expect(stamp, now + self.bounds.told, sentence)
+            self._expected.expect(stamp, now + self.bounds.told, sentence)
         shown = {each for each, _ in self.seen.demonstrations}
         if message.kind == HEARD_DEMONSTRATION and stamp not in shown:
             yield f'Expected a demonstration of {stamp} ns before it is taken, got none.'
 
-    def tick(self, now: float) -> Found:
-        yield from self._doubted.overdue(now)
 
-
-class DemonstrationsAreHeard(Policy):
+class DemonstrationsAreHeard(Expectant):
     """A session that takes in table states takes in every demonstration within a bound."""
 
     def __init__(self, seen: Seen, bounds: Bounds) -> None:
         super().__init__(seen, bounds)
-        self._waiting = Deadlines()
         self._heard, self._number = float('-inf'), 0
 
     def on_demonstration(self, message: Any, now: float) -> Found:
         if now - self._heard <= self.bounds.told:
             sentence = f'Expected the session to take a demonstration of {message.object}.'
-            self._waiting.expect(stamp_of(message), now + self.bounds.taken, sentence)
+            self._expected.expect(stamp_of(message), now + self.bounds.taken, sentence)
         yield from ()
 
     def on_heard(self, message: Any, now: float) -> Found:
         number, self._number = self._number, int(message.number)
         if self._number <= number:
             # A new session: what came while there was none is lost.
-            self._waiting.clear()
+            self._expected.clear()
         if message.kind == HEARD_DEMONSTRATION:
-            self._waiting.meet(stamp_of(message))
+            self._expected.meet(stamp_of(message))
         self._heard = now
         yield from ()
 
     def tick(self, now: float) -> Found:
-        for sentence in self._waiting.overdue(now):
+        for sentence in self._expected.overdue(now):
             if now - self._heard <= self.bounds.told:
                 yield sentence

@@ -6,7 +6,7 @@ from typing import Any
 
 from likeme_core.stamps import stamp_ns
 from likeme_replay.policies.motion_ids import decision_of
-from likeme_replay.policies.policy import Bounds, Deadlines, Found, Policy
+from likeme_replay.policies.policy import Bounds, Expectant, Found, Policy
 from likeme_replay.policies.seen import (
     ASK_HUMAN,
     COMPLETED,
@@ -45,23 +45,16 @@ class MotionsEndOnce(Policy):
             yield f'Expected one outcome of the motion {message.id!r}, got {outcomes}.'
 
 
-class MotionsEndInTime(Policy):
+class MotionsEndInTime(Expectant):
     """Every motion that began ends within a bound, also where its driver is killed."""
-
-    def __init__(self, seen: Seen, bounds: Bounds) -> None:
-        super().__init__(seen, bounds)
-        self._under_way = Deadlines()
 
     def on_motion(self, message: Any, now: float) -> Found:
         if message.state == ENDED:
-            self._under_way.meet(message.id)
-        elif message.id not in self._under_way:
+            self._expected.meet(message.id)
+        elif message.id not in self._expected:
             sentence = f'Expected the end of the motion {message.id!r} by now, got none.'
-            self._under_way.expect(message.id, now + self.bounds.motion, sentence)
+            self._expected.expect(message.id, now + self.bounds.motion, sentence)
         yield from ()
-
-    def tick(self, now: float) -> Found:
-        yield from self._under_way.overdue(now)
 
 
 class OneMotionAtATime(Policy):
@@ -198,25 +191,18 @@ class NoMotionBeginsUnheard(Policy):
                 yield f'Expected a hold keeper before {message.id!r} moves, got none.'
 
 
-class HeldMotionsEnd(Policy):
+class HeldMotionsEnd(Expectant):
     """A motion that was under way when the cell was held ends at once, held or complete."""
-
-    def __init__(self, seen: Seen, bounds: Bounds) -> None:
-        super().__init__(seen, bounds)
-        self._ending = Deadlines()
 
     def on_cell_hold_state(self, message: Any, now: float) -> Found:
         if message.held and (self.seen.hold is None or not self.seen.hold.held):
             for motion in self.seen.motions.values():
                 if motion.state == UNDER_WAY:
                     sentence = f'Expected the motion {motion.id!r} to end when held; it did not.'
-                    self._ending.expect(motion.id, now + self.bounds.told, sentence)
+                    self._expected.expect(motion.id, now + self.bounds.told, sentence)
         yield from ()
 
     def on_motion(self, message: Any, _: float) -> Found:
         if message.state == ENDED:
-            self._ending.meet(message.id)
+            self._expected.meet(message.id)
         yield from ()
-
-    def tick(self, now: float) -> Found:
-        yield from self._ending.overdue(now)

@@ -7,7 +7,7 @@ from typing import Any
 
 from likeme_core.stamps import stamp_ns
 from likeme_replay.policies.motion_ids import decision_of
-from likeme_replay.policies.policy import SAME, Bounds, Deadlines, Found, Policy
+from likeme_replay.policies.policy import SAME, Expectant, Found, Policy
 from likeme_replay.policies.seen import (
     ARM_FAILED,
     ASK_HUMAN,
@@ -25,7 +25,6 @@ from likeme_replay.policies.seen import (
     SKIPPED,
     TRY_ANYWAY,
     UNKNOWN,
-    Seen,
     stamp_of,
     state_in,
 )
@@ -135,12 +134,8 @@ class LooksAfterTheMotion(Policy):
                     yield f'Expected a view after the motion, got one of {stamp_of(message)} ns.'
 
 
-class EveryMotionIsFollowedUp(Policy):
+class EveryMotionIsFollowedUp(Expectant):
     """Within a bound after its motion or the operator's answer, a decision has an outcome."""
-
-    def __init__(self, seen: Seen, bounds: Bounds) -> None:
-        super().__init__(seen, bounds)
-        self._waiting = Deadlines()
 
     def on_motion(self, message: Any, now: float) -> Found:
         decision = decision_of(message.id)
@@ -158,23 +153,16 @@ class EveryMotionIsFollowedUp(Policy):
         yield from ()
 
     def on_outcome(self, message: Any, _: float) -> Found:
-        self._waiting.meet(int(message.decision_id))
+        self._expected.meet(int(message.decision_id))
         yield from ()
-
-    def tick(self, now: float) -> Found:
-        yield from self._waiting.overdue(now)
 
     def _expect(self, decision: int, now: float) -> None:
         sentence = f'Expected an outcome of decision {decision} by now, got none.'
-        self._waiting.expect(decision, now + self.bounds.outcome, sentence)
+        self._expected.expect(decision, now + self.bounds.outcome, sentence)
 
 
-class EveryActIsTried(Policy):
+class EveryActIsTried(Expectant):
     """After a decision to act, or "try anyway", a motion begins or an outcome follows in time."""
-
-    def __init__(self, seen: Seen, bounds: Bounds) -> None:
-        super().__init__(seen, bounds)
-        self._waiting = Deadlines()
 
     def on_decision(self, message: Any, now: float) -> Found:
         if message.kind == EXECUTE and not self.seen.is_repeated(message):
@@ -189,19 +177,16 @@ class EveryActIsTried(Policy):
         yield from ()
 
     def on_motion(self, message: Any, _: float) -> Found:
-        self._waiting.meet(decision_of(message.id))
+        self._expected.meet(decision_of(message.id))
         yield from ()
 
     def on_outcome(self, message: Any, _: float) -> Found:
-        self._waiting.meet(int(message.decision_id))
+        self._expected.meet(int(message.decision_id))
         yield from ()
-
-    def tick(self, now: float) -> Found:
-        yield from self._waiting.overdue(now)
 
     def _expect(self, decision: int, now: float) -> None:
         sentence = f'Expected a motion or an outcome of decision {decision} by now, got none.'
-        self._waiting.expect(decision, now + self.bounds.arm_wait, sentence)
+        self._expected.expect(decision, now + self.bounds.arm_wait, sentence)
 
 
 class ArmFailedMovedNothing(Policy):

@@ -146,6 +146,18 @@ class Deadlines:
             yield self._open.pop(key)[1]
 
 
+class Expectant(Policy):
+    """A policy that is broken by what has not come in time."""
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._expected = Deadlines()
+
+    def tick(self, now: float) -> Found:
+        """The sentences of what has not come."""
+        yield from self._expected.overdue(now)
+
+
 def distribution(values: Any, size: int | None, what: str) -> Found:
     """A violation unless these are probabilities that sum to 1, as many as `size` says."""
     p = [float(value) for value in values]

@@ -4,41 +4,34 @@ from __future__ import annotations
 
 from typing import Any
 
-from likeme_replay.policies.policy import Bounds, Deadlines, Found, Policy, close
+from likeme_replay.policies.policy import Bounds, Expectant, Found, Policy, close
 from likeme_replay.policies.seen import ASK_HUMAN, HEARD_ANSWER, Seen, stamp_of
 
 
-class QuestionsAreAsked(Policy):
+class QuestionsAreAsked(Expectant):
     """A decision to ask is a question in `ask_human` within a bound."""
-
-    def __init__(self, seen: Seen, bounds: Bounds) -> None:
-        super().__init__(seen, bounds)
-        self._waiting = Deadlines()
 
     def on_questions(self, message: Any, now: float) -> Found:
         listed = {int(item.id) for item in message.pending}
         for number in listed:
-            self._waiting.meet(number)
+            self._expected.meet(number)
         asking = self.seen.open_decision
         # Only polls show it: without any, nothing is missed.
         if asking is not None and asking.kind == ASK_HUMAN:
             number = int(asking.id)
-            if number not in listed | self.seen.answers.keys() and number not in self._waiting:
+            if number not in listed | self.seen.answers.keys() and number not in self._expected:
                 sentence = f'Expected the question of decision {number} by now, got none.'
-                self._waiting.expect(number, now + self.bounds.question, sentence)
+                self._expected.expect(number, now + self.bounds.question, sentence)
         yield from ()
 
     def on_heard(self, message: Any, _: float) -> Found:
         if message.kind == HEARD_ANSWER and not message.refused:
-            self._waiting.clear()
+            self._expected.clear()
         yield from ()
 
     def on_outcome(self, message: Any, _: float) -> Found:
-        self._waiting.meet(int(message.decision_id))
+        self._expected.meet(int(message.decision_id))
         yield from ()
-
-    def tick(self, now: float) -> Found:
-        yield from self._waiting.overdue(now)
 
 
 class QuestionsStayOpen(Policy):

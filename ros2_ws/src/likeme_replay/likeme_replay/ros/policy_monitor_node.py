@@ -22,10 +22,10 @@ from likeme_replay.policies.policy import QUESTIONS, TOPICS
 from likeme_replay.ros.player_node import message_class
 
 #: Topics whose publishers keep messages for late subscribers.
-LATCHED = (
+LATCHED_TOPICS = (
     'world', 'goal_belief', 'decision', 'outcome', 'motion', 'cell/hold_state', 'cell/holds'
 )  # fmt: skip
-BEST_EFFORT = ('heartbeat',)
+BEST_EFFORT_TOPICS = ('heartbeat',)
 QUEUE_DEPTH = 200
 #: s for which messages are held back to put those of all topics into the order of their sending.
 REORDERING = 0.5
@@ -119,8 +119,8 @@ def _qos(topic: str) -> QoSProfile:
     latched, best_effort = DurabilityPolicy.TRANSIENT_LOCAL, ReliabilityPolicy.BEST_EFFORT
     return QoSProfile(
         depth=QUEUE_DEPTH,
-        durability=latched if topic in LATCHED else DurabilityPolicy.VOLATILE,
-        reliability=best_effort if topic in BEST_EFFORT else ReliabilityPolicy.RELIABLE,
+        durability=latched if topic in LATCHED_TOPICS else DurabilityPolicy.VOLATILE,
+        reliability=best_effort if topic in BEST_EFFORT_TOPICS else ReliabilityPolicy.RELIABLE,
     )
 
 
