@@ -5,8 +5,9 @@
 Starts the cell under its supervisor on a ROS domain of its own and kills its nodes by SIGKILL,
 one after another, N times each (default 20), first with nothing else to do, then with a process on
 each core that never rests. Detection: until this process counts the node as silent, or hears its
-next run. Recovery: until the node's next run says READY and does its work: a table_state, an
-answer of ask_human, an answer of arm/execute_action. --cold: without standby processes.
+next run. Recovery: until the node's next run says READY and does its work: a hold_state, a
+table_state, an answer of ask_human, an answer of arm/execute_action. --cold: without standby
+processes.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ from likeme_bringup.supervisor import Supervisor
 from likeme_core.heartbeats import NodeState
 from likeme_core.ros.heartbeat import HeartbeatSubscriber
 from likeme_core.standby import IMPORTING, WAITING
-from likeme_msgs.msg import TableState
+from likeme_msgs.msg import HoldState, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction
 from report import Bar, publish
 
@@ -94,11 +95,21 @@ class Observer:
         self.heartbeats = HeartbeatSubscriber(self.node).monitor
         self.tables = 0
         self.node.create_subscription(TableState, 'table_state', self._on_table, 1)
+        self.holds = 0
+        self.node.create_subscription(HoldState, 'cell/hold_state', self._on_hold, 1)
         self._ask = self.node.create_client(AskHuman, 'ask_human')
         self._arm = self.node.create_client(ExecuteAction, 'arm/execute_action')
 
     def _on_table(self, _: TableState) -> None:
         self.tables += 1
+
+    def _on_hold(self, _: HoldState) -> None:
+        self.holds += 1
+
+    def hears_the_hold(self) -> Callable[[], bool]:
+        """The keeper tells whether motion is held."""
+        before = self.holds
+        return lambda: self.holds > before
 
     def sees_tables(self) -> Callable[[], bool]:
         """A new table state comes."""
@@ -133,6 +144,7 @@ class Observer:
 
 
 VICTIMS = (
+    Victim('/hold_keeper', 'hold_keeper_node', Observer.hears_the_hold),
     Victim('/perception_node', 'perception_node', Observer.sees_tables),
     Victim('/inference_node', 'inference_node', Observer.answers_questions),
     Victim('/arm_driver', 'arm_driver_node', Observer.answers_actions),

@@ -57,6 +57,23 @@ def test_a_write_that_was_cut_off_leaves_the_change_before(
         assert HoldLatch(path, clock.__next__).history == latch.history[:1]
 
 
+def test_writes_that_are_cut_off_again_and_again_leave_the_change_before(
+    path: Path, clock: Iterator[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    latch = HoldLatch(path, clock.__next__)
+    held = latch.hold('Ada', '')
+    write = os.pwrite
+
+    def half(descriptor: int, line: bytes, offset: int) -> int:
+        return write(descriptor, line[:20], offset)
+
+    monkeypatch.setattr(hold_latch.os, 'pwrite', half)
+    for _ in range(2):
+        with pytest.raises(OSError, match='cut off'):
+            latch.resume('Bob', '')
+    assert HoldLatch(path, clock.__next__).state == held
+
+
 @pytest.mark.parametrize('content', [b'', b'{}', os.urandom(2 * SLOT), b' ' * (2 * SLOT)])
 def test_a_file_that_cannot_be_read_is_a_hold(
     path: Path, clock: Iterator[int], content: bytes

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import sqlite3
-import subprocess
-import sys
 from contextlib import closing
 from itertools import product
 from pathlib import Path
@@ -15,15 +12,12 @@ from typing import NamedTuple
 
 import pytest
 from example_trials import trial
+from unprivileged import unprivileged
 
 from likeme_core.paper_world import WORLD
 from likeme_inference.experience.store import ExperienceStore
 
 HERE = Path(__file__).parent
-# Root may write where the file's mode forbids it, except without this capability.
-UNPRIVILEGED = (
-    ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] if os.geteuid() == 0 else []
-)
 # For each store: reads trials while they are counted, tries to write, and asks whether it can.
 PROGRAM = """
 import json, sys
@@ -50,14 +44,6 @@ def said(place):
 
 print(json.dumps([list(said(place)) for place in sys.argv[2:]]))
 """
-
-
-def unprivileged(program: str, *arguments: str) -> str:
-    """What a program prints that file modes hold for."""
-    command = [*UNPRIVILEGED, sys.executable, '-c', program, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
 
 
 def tried(*places: str | Path) -> list[list[str]]:
