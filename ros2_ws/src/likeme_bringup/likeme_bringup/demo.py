@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import getpass
 import os
-import select
 import signal
 import subprocess
 import sys
@@ -15,7 +13,7 @@ from contextlib import contextmanager
 from enum import StrEnum
 from itertools import cycle
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from domain_coordinator import domain_id
@@ -27,7 +25,7 @@ from likeme_bringup.demo_node import DONE_BY_HAND, DemoStoppedError, Operator, r
 from likeme_bringup.enum_choice import choices, member
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
-from likeme_core.cli import WORLD_DEFAULT, WorldOption
+from likeme_core.cli import WORLD_DEFAULT, WorldOption, user_name
 from likeme_core.instance_lock import is_free
 from likeme_core.interrupt import deferred_interrupt
 from likeme_core.processes import die_with_parent, interrupt
@@ -35,6 +33,7 @@ from likeme_core.state_folder import STATE_VARIABLE
 from likeme_core.tabletop import Manner
 from likeme_core.world import World
 from likeme_inference.console_replies import read_reply
+from likeme_inference.keyboard import DISCARDED, Keyboard
 from likeme_inference.node_settings import read_model
 
 console = Console(highlight=False, soft_wrap=False)
@@ -221,33 +220,38 @@ def _tell(sentence: str) -> None:
 def _operator(answerer: Answerer) -> Operator:
     if answerer is Answerer.AUTO:
         return lambda request, check: (DONE_BY_HAND, 'the simulated person')
-    return _ask_at_keyboard
+    keyboard = None if sys.stdin is None else Keyboard(sys.stdin.fileno())
+    return lambda request, check: _ask_at_keyboard(keyboard, check)
 
 
-def _ask_at_keyboard(request: Any, check: Callable[[], None]) -> tuple[int, str]:
+def _ask_at_keyboard(keyboard: Keyboard | None, check: Callable[[], None]) -> tuple[int, str]:
+    if keyboard is not None and keyboard.discard():
+        _tell(DISCARDED)
     _tell(
         '  done: you do it (the simulated hand moves for you); try: the robot tries; '
         'skip: leave it'
     )
     while True:
-        line = _line('Your answer (done, try or skip): ', check)
+        line = _line('Your answer (done, try or skip): ', keyboard, check)
         try:
-            return int(read_reply(line)), getpass.getuser()
+            return int(read_reply(line)), user_name()
         except ValueError as error:
             _tell(str(error))
 
 
-def _line(prompt: str, check: Callable[[], None]) -> str:
+def _line(prompt: str, keyboard: Keyboard | None, check: Callable[[], None]) -> str:
     """A line from the keyboard; `check` is called while it waits, and may raise."""
     print(prompt, end='', flush=True)
-    # A blocking read would delay Ctrl-C, for which `check` raises, until the next Enter.
-    while sys.stdin is not None and not select.select([sys.stdin], [], [], POLL_PERIOD)[0]:
-        check()
-    line = '' if sys.stdin is None else sys.stdin.readline()
-    if not line:
+    try:
+        if keyboard is None:
+            raise EOFError
+        # A blocking read would delay Ctrl-C, for which `check` raises, until the next Enter.
+        while not keyboard.ready(POLL_PERIOD):
+            check()
+        return keyboard.line()
+    except EOFError:
         _tell('')
-        raise DemoStoppedError('Expected an answer at the keyboard, got end of file.')
-    return line
+        raise DemoStoppedError('Expected an answer at the keyboard, got end of file.') from None
 
 
 def run() -> None:

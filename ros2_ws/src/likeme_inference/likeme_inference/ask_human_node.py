@@ -20,7 +20,7 @@ from likeme_core.cli import Domain, Network, set_discovery, user_name
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_inference.console_replies import MENU, WORDS, read_reply
-from likeme_inference.keyboard import Keyboard
+from likeme_inference.keyboard import DISCARDED, Keyboard
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, HelpRequest
 from likeme_msgs.srv import AskHuman
@@ -205,7 +205,7 @@ def wait_for_requests(
             print_request(console, request, node.names())
             console.print(MENU)
             if keyboard.discard():
-                console.print('What was typed before this question is not taken as its answer.')
+                console.print(DISCARDED)
             try:
                 choice = read_answer(console, keyboard)
             except EOFError:

@@ -9,6 +9,8 @@ import termios
 
 #: Bytes per read.
 CHUNK = 4096
+#: For an operator who typed before there was a question.
+DISCARDED = 'What was typed before this question is not taken as its answer.'
 
 
 class Keyboard:
@@ -32,6 +34,11 @@ class Keyboard:
             self._ended = not chunk
             dropped += len(chunk)
         return dropped
+
+    def ready(self, timeout: float) -> bool:
+        """Whether `line` has something to read within `timeout`, s, or the input has ended."""
+        waiting = self._typed or self._ended
+        return bool(waiting or select.select([self._descriptor], [], [], timeout)[0])
 
     def line(self) -> str:
         """The next line, without its end.
