@@ -19,6 +19,7 @@ from rclpy.parameter import Parameter  # noqa: E402
 
 from likeme_core.ros import parameters  # noqa: E402
 from likeme_core.ros.diagnostics import diagnostics_msg  # noqa: E402
+from likeme_core.ros.spin import _check_clock  # noqa: E402
 from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
 from likeme_core.settings import Setting, defaults  # noqa: E402
 
@@ -83,6 +84,17 @@ def test_stamps_and_messages_are_inverse(stamp: int) -> None:
     message = time_msg(stamp)
     assert 0 <= message.nanosec < 1_000_000_000
     assert stamp_ns(message) == stamp
+
+
+@pytest.mark.parametrize('simulated', [True, False])
+def test_simulated_time_without_a_clock_is_reported(
+    node: Node, capfd: pytest.CaptureFixture[str], simulated: bool
+) -> None:
+    node.set_parameters([Parameter('use_sim_time', value=simulated)])
+    _check_clock(node)
+    told = capfd.readouterr()
+    reported = 'use_sim_time is set, and no /clock is heard' in told.out + told.err
+    assert reported is simulated
 
 
 def test_diagnostics_hold_one_status_with_its_values() -> None:
