@@ -40,6 +40,9 @@ from likeme_replay.ros.player_node import message_class
 DISCOVERY_PERIOD = 0.2
 #: Depth of the subscriptions: more than three seconds of a camera.
 QUEUE_DEPTH = 100
+#: s after which a node that has not answered is asked for its parameters again: DDS loses an
+#: answer to a client that the node has not discovered yet.
+PARAMETER_TIMEOUT = 2.0
 #: Nodes whose parameters are recorded.
 PARAMETER_NODES = ('perception_node', 'inference_node', 'arm_driver')
 
@@ -59,9 +62,10 @@ class RecordNode(Node):
         self._recording = recording
         self._wanted = None if wanted is None else {self.resolve_topic_name(n) for n in wanted}
         self._subscribed: set[str] = set()
-        self._parameter_clients: dict[str, AsyncParameterClient | None] = {
+        self._parameter_clients = {
             name: AsyncParameterClient(self, name) for name in PARAMETER_NODES
         }
+        self._parameters_asked: dict[str, float] = {}
         self._recorded_parameters: recorded_parameters.Parameters = {}
         self.unusable: dict[str, str] = {}
         self.lost: Counter[str] = Counter()
@@ -77,12 +81,16 @@ class RecordNode(Node):
         for topic, types in self.get_topic_names_and_types():
             if self._wants(topic):
                 self._subscribe(topic, types)
-        for name, client in self._parameter_clients.items():
-            if client is not None and client.services_are_ready():
-                self._parameter_clients[name] = None
-                client.list_parameters().add_done_callback(
-                    partial(self._get_parameters, name, client)
-                )
+        for name in self._parameter_clients.keys() - self._recorded_parameters.keys():
+            self._ask_parameters(name)
+
+    def _ask_parameters(self, name: str) -> None:
+        now = time.monotonic()
+        client = self._parameter_clients[name]
+        waited = now - self._parameters_asked.get(name, -math.inf)
+        if waited > PARAMETER_TIMEOUT and client.services_are_ready():
+            self._parameters_asked[name] = now
+            client.list_parameters().add_done_callback(partial(self._get_parameters, name, client))
 
     def _wants(self, topic: str) -> bool:
         if topic in self._subscribed or '/_' in topic:
