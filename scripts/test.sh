@@ -1,12 +1,15 @@
 #!/usr/bin/env bash
 # Usage: scripts/test.sh [--fast] [--coverage] [PYTEST ARGUMENT...]
 #
-# Sets up (the first time) and runs all tests: tests/ and every package's test/ folder.
+# Sets up (the first time) and runs all tests, two files at a time: tests/ and every package's test/
+# folder.
 #
 #   --fast       leave out the tests marked slow
-#   --coverage   print at the end which share of each file's lines ran, also in node processes
+#   --coverage   print at the end which share of each file's lines ran, also in node processes;
+#                one file at a time
 #
-# Other arguments go to pytest, e.g. scripts/test.sh -k goal, scripts/test.sh tests/test_layering.py
+# Other arguments go to pytest, e.g. scripts/test.sh -k goal, scripts/test.sh tests/test_layering.py, and
+# -n 0 runs one file at a time (as --pdb needs).
 # The exit code is pytest's: 0 all passed, 1 some failed, 5 none chosen.
 
 set -euo pipefail
@@ -22,7 +25,7 @@ while [[ ${1:-} == --fast || ${1:-} == --coverage ]]; do
   shift
 done
 cd "$here/.."
-[[ -n $coverage ]] || exec "$here/run.sh" python -m pytest "${arguments[@]}" "$@"
+[[ -n $coverage ]] || exec "$here/run.sh" python -m pytest -n 2 --dist loadfile "${arguments[@]}" "$@"
 "$here/run.sh" coverage erase
 result=0
 "$here/run.sh" coverage run -m pytest "${arguments[@]}" "$@" || result=$?
