@@ -16,6 +16,7 @@ from likeme_bringup.child import Child
 from likeme_bringup.parameter_files import validated
 from likeme_bringup.respawn import Respawn
 from likeme_bringup.supervisor import Supervisor
+from likeme_core import socket_buffers
 from likeme_core.cli import Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
@@ -194,6 +195,8 @@ def start_cell(
     try:
         with claim(domain, parts):
             supervisor.log(f'{names} on ROS domain {domain}, {reach}; Ctrl-C ends them.')
+            if network and (warning := socket_buffers.too_small()):
+                supervisor.log(warning)
             code = supervisor.run()
     except AlreadyRunningError as error:
         print(error, file=sys.stderr)

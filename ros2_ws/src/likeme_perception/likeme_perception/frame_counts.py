@@ -61,7 +61,8 @@ class FrameCounts:
         if now - self._last_warning < _LOG_PERIOD:
             return None
         self._last_warning = now
-        return f'Frame dropped ({reason}): {sentence} {self.drops.total()} dropped so far.'
+        total = self.drops.total()
+        return f'Frame dropped ({reason}): {sentence.rstrip(".")}; {total} dropped so far.'
 
     def rate(self, now: float) -> FrameRate:
         """Frames per s and drops since the previous call."""

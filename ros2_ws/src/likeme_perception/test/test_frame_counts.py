@@ -20,11 +20,11 @@ def test_rates_are_since_the_previous_call() -> None:
 def test_drops_are_logged_at_most_every_5_s() -> None:
     counts = FrameCounts(now=0.0)
     assert counts.drop('size', 'Too small.', 1.0) == (
-        'Frame dropped (size): Too small. 1 dropped so far.'
+        'Frame dropped (size): Too small; 1 dropped so far.'
     )
     assert counts.drop('encoding', 'Odd.', 5.9) is None
     assert counts.drop('size', 'Too small.', 6.0) == (
-        'Frame dropped (size): Too small. 3 dropped so far.'
+        'Frame dropped (size): Too small; 3 dropped so far.'
     )
     described = counts.described()
     assert described == {'dropped: encoding': '1', 'dropped: size': '2'}

@@ -1,0 +1,95 @@
+"""Two hosts on one machine: network and mount namespaces, connected by a virtual cable.
+
+Each host has network interfaces and a /dev/shm of its own, so that its processes reach those of
+the other one by UDP alone. Needs root, iproute2, and nftables to lose packets.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any, NamedTuple
+
+SUBNET = '10.213.7'
+#: Of a namespace: waits for its end at stdin.
+HOLD = 'mount -t tmpfs tmpfs /dev/shm && ip link set lo up && echo ready && exec cat'
+
+
+class NamespaceError(Exception):
+    """Network namespaces are not allowed here; says why."""
+
+
+class Host(NamedTuple):
+    """One host: a process that keeps its namespaces."""
+
+    pid: int
+
+    def command(self, *words: str) -> list[str]:
+        """The command line that runs words on this host."""
+        return ['nsenter', '--target', str(self.pid), '--net', '--mount', '--wd=.', *words]
+
+    def run(self, *words: str) -> None:
+        """Run a command to its end.
+
+        Raises:
+            NamespaceError: it failed; with what it said.
+        """
+        _run(self.command(*words))
+
+    def lose(self, share: float) -> None:
+        """Drop a random share of the packets that arrive at this host, each IP fragment by itself.
+
+        nftables, since fewer kernels have netem.
+        """
+        for rule in (
+            'add table netdev loss',
+            'delete table netdev loss',
+            'add table netdev loss',
+            'add chain netdev loss in { type filter hook ingress device "cable" priority 0; }',
+            f'add rule netdev loss in numgen random mod 100000 < {share * 1e5:.0f} drop',
+        ):
+            self.run('nft', rule)
+
+
+@contextmanager
+def two_hosts() -> Iterator[tuple[Host, Host]]:
+    """Two connected hosts; gone with the context.
+
+    Raises:
+        NamespaceError: the machine does not allow them.
+    """
+    missing = [tool for tool in ('unshare', 'nsenter', 'ip', 'nft') if not shutil.which(tool)]
+    if missing or os.geteuid() != 0:
+        wanted = f'the commands {", ".join(missing)}' if missing else 'root'
+        raise NamespaceError(f'Expected {wanted} for network namespaces, got none.')
+    with ExitStack() as stack:
+        hosts = Host(_namespace(stack)), Host(_namespace(stack))
+        _run(['ip', 'link', 'add', 'cable', 'netns', str(hosts[0].pid), 'type', 'veth',
+              'peer', 'name', 'cable', 'netns', str(hosts[1].pid)])  # fmt: skip
+        for number, host in enumerate(hosts, 1):
+            host.run('ip', 'address', 'add', f'{SUBNET}.{number}/24', 'dev', 'cable')
+            host.run('ip', 'link', 'set', 'cable', 'up')
+            host.run('ip', 'route', 'add', '224.0.0.0/4', 'dev', 'cable')
+        yield hosts
+
+
+def _namespace(stack: ExitStack) -> int:
+    process: subprocess.Popen[Any] = subprocess.Popen(
+        ['unshare', '--net', '--mount', 'sh', '-c', HOLD],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    stack.callback(process.communicate)
+    assert process.stdout is not None
+    if process.stdout.readline() != b'ready\n':
+        _, said = process.communicate()
+        raise NamespaceError(f'Expected a network namespace, got: {said.decode().strip()}')
+    return process.pid
+
+
+def _run(words: list[str]) -> None:
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise NamespaceError(f'Expected {" ".join(words)} to work, got: {done.stderr.strip()}')
