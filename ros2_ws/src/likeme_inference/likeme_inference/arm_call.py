@@ -1,7 +1,8 @@
 """A call to the arm service that ends exactly once and is never repeated.
 
 While the arm cannot be relied on to answer (it was restarted, is silent, or its service vanished),
-and after a restart of this process, it is asked by the request's id how the motion ended.
+after a restart of this process, and when there is no answer by the time at which the request
+expires (it may have been lost), the arm is asked by the request's id how the motion ended.
 
 Plain Python against any client with rclpy's methods, so that tests can pass a fake. Times are s of
 a monotonic clock, passed in.
@@ -70,6 +71,7 @@ class _Call:
     Attributes:
         restored: whether it was sent by an earlier run of this process.
         run: of the arm when it was sent.
+        confirmed: whether the arm said that the motion is under way.
         absent, doubted, asked, told, unknown: times: since when the service is absent, since when
             the arm is asked how the motion ended, of the last question and of the last answer,
             and since when the arm says that it does not know the request.
@@ -82,6 +84,7 @@ class _Call:
     restored: bool = False
     run: str = ''
     repeated: bool = False
+    confirmed: bool = False
     absent: float | None = None
     doubted: float | None = None
     asked: float | None = None
@@ -171,21 +174,24 @@ class ArmCall:
     def _watch(self, call: _Call, sent: float, now: float) -> None:
         """Ask the arm about a motion whose response may not come, and give up in the end."""
         why = self._doubt(call, sent, now)
+        unconfirmed = call.run and not call.confirmed and now - sent >= self.arm_wait
+        if (why or unconfirmed) and self._may_ask(call, now):
+            self._ask(call, now)
         if not why:
-            call.doubted = call.unknown = call.told = None
+            call.doubted = call.told = None
             return
         if call.doubted is None:
             call.doubted = now
-        if self._services.status.service_is_ready() and (
-            call.asked is None or now - call.asked >= STATUS_PERIOD
-        ):
-            self._ask(call, now)
         heard = bool(self._health.run) or call.restored
         patience = self.arm_wait if heard or call.asked is not None else 0.0
         if self._call is call and now - max(call.doubted, call.told or 0.0) >= patience:
             # Of an arm that reports nothing of itself no more is known than that it is gone.
             outcome = MotionOutcome.LOST if heard else None
             self._end(MotionReport(outcome, why))
+
+    def _may_ask(self, call: _Call, now: float) -> bool:
+        due = call.asked is None or now - call.asked >= STATUS_PERIOD
+        return due and self._services.status.service_is_ready()
 
     def _doubt(self, call: _Call, sent: float, now: float) -> str:
         """Why the response may not come; empty: it may."""
@@ -226,7 +232,7 @@ class ArmCall:
             if asked - call.unknown >= UNKNOWN_FOR:
                 self._fail('the arm never got the request, nothing moved.')
         elif asked - call.sent < self.action_timeout:
-            call.told, call.unknown = asked, None
+            call.told, call.unknown, call.confirmed = asked, None, True
 
     def _on_response(self, call: _Call, future: Future) -> None:
         report = self._services.read_answer(future.result())

@@ -306,3 +306,38 @@ def test_an_arm_that_tells_nothing_of_itself_is_not_asked_while_it_is_there() ->
     arm.call.start('id', lambda: 'push', now=0)
     arm.poll(*range(1, 60))
     assert arm.status.sent == []
+
+
+def test_a_request_lost_on_its_way_is_noticed_when_it_has_expired() -> None:
+    arm = FakeArm(run='first', tells=True)
+    arm.call.start('id', lambda: 'push', now=0)
+    arm.alive(1, 2, 3, 4, 4.9)
+    assert not arm.status.sent
+    arm.alive(5)
+    arm.tell(MotionState.UNKNOWN)
+    arm.alive(6)
+    assert arm.call.busy
+    arm.tell(MotionState.UNKNOWN)
+
+    assert [r.message for r in arm.reports] == ['the arm never got the request, nothing moved.']
+
+
+def test_an_answer_lost_on_its_way_is_asked_for() -> None:
+    arm = FakeArm(run='first', tells=True)
+    arm.call.start('id', lambda: 'push', now=0)
+    arm.alive(5)
+    arm.tell(MotionState.ENDED)
+
+    assert arm.reports == [PUSHED]
+
+
+def test_a_motion_that_takes_its_time_is_asked_for_once() -> None:
+    arm = FakeArm(run='first', tells=True)
+    arm.call.start('id', lambda: 'push', now=0)
+    arm.alive(5)
+    arm.tell(MotionState.UNDER_WAY)
+    arm.alive(*range(6, 50))
+    assert len(arm.status.sent) == 1
+    arm.sent[0][1].answer()
+
+    assert arm.reports == [PUSHED]
