@@ -19,10 +19,10 @@ from rich.markup import escape
 from likeme_core.cli import Domain, Network, set_discovery, user_name
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.world import WorldNames, WorldSubscriber
-from likeme_inference.console_replies import MENU, WORDS, read_reply
+from likeme_inference.console_replies import WORDS, menu, read_reply
 from likeme_inference.keyboard import DISCARDED, Keyboard
 from likeme_inference.tabletop.values import Reply
-from likeme_msgs.msg import Decision, HelpRequest
+from likeme_msgs.msg import Decision, HelpRequest, Outcome
 from likeme_msgs.srv import AskHuman
 
 #: s to wait for the service and for its response.
@@ -61,6 +61,7 @@ class AskHumanClient(Node):
 
     Subscribes:
         decision (Decision, transient local): announces new requests
+        outcome (Outcome, transient local): how they ended
         world (World, transient local): the names of states and actions
     Client:
         ask_human (AskHuman)
@@ -70,7 +71,9 @@ class AskHumanClient(Node):
         super().__init__('operator_node')
         self._client = self.create_client(AskHuman, 'ask_human')
         self._announced = False
+        self._outcome = Outcome()
         self.create_subscription(Decision, 'decision', self._on_decision, LATCHED)
+        self.create_subscription(Outcome, 'outcome', self._on_outcome, LATCHED)
         self._world = WorldSubscriber(self)
 
     def pending(self) -> list[HelpRequest]:
@@ -104,6 +107,16 @@ class AskHumanClient(Node):
                 return pending[0]
             while not self._announced:
                 rclpy.spin_once(self, timeout_sec=SPIN_PERIOD)
+
+    def wait_for_outcome(self, request: HelpRequest) -> str:
+        """Wait until an answered request has ended; returns how, in one sentence."""
+        while self._outcome.decision_id < request.id:
+            rclpy.spin_once(self, timeout_sec=SPIN_PERIOD)
+        ended = self._outcome.decision_id == request.id
+        return str(self._outcome.sentence) if ended else ''
+
+    def _on_outcome(self, outcome: Outcome) -> None:
+        self._outcome = outcome
 
     def _on_decision(self, decision: Decision) -> None:
         self._announced = self._announced or decision.kind == Decision.ASK_HUMAN
@@ -203,7 +216,6 @@ def wait_for_requests(
         while True:
             request = node.wait_for_request()
             print_request(console, request, node.names())
-            console.print(MENU)
             if keyboard.discard():
                 console.print(DISCARDED)
             try:
@@ -211,7 +223,10 @@ def wait_for_requests(
             except EOFError:
                 console.print(f'No more input: request {request.id} stays unanswered.')
                 raise typer.Exit(1) from None
-            print_line(console, node.answer(request, choice, by).message)
+            response = node.answer(request, choice, by)
+            print_line(console, response.message)
+            if response.success and (sentence := node.wait_for_outcome(request)):
+                print_line(console, sentence)
 
 
 def read_answer(console: Console, keyboard: Keyboard) -> Reply:
@@ -235,15 +250,16 @@ def print_line(console: Console, sentence: str) -> None:
 
 
 def print_request(console: Console, request: HelpRequest, names: WorldNames) -> None:
-    """Print a request."""
+    """Print a request and the answers that can be given."""
+    goal, action = names.state(request.goal), names.action(request.action)
     console.print(f'[bold]Request {request.id}[/bold]', end=': ')
     print_line(console, request.question)
     print_line(
         console,
-        f'  {request.object} is {names.state(request.x_i)}, wanted '
-        f'{names.state(request.goal)}; best action {names.action(request.action)}, '
+        f'  {request.object} is {names.state(request.x_i)}, wanted {goal}; best action {action}, '
         f'p = {request.predicted_success:.2f}, threshold {request.threshold:.2f}',
     )
+    print_line(console, menu(request.options, request.object, goal, action))
 
 
 def main() -> None:

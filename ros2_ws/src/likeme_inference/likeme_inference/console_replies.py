@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from likeme_inference.tabletop.values import Reply
 
 #: Typed word -> answer, in the order of the menu.
@@ -10,15 +12,23 @@ WORDS = {
     'try': Reply.TRY_ANYWAY,
     'skip': Reply.SKIP,
 }
-MEANINGS = {
-    Reply.DONE_BY_HAND: 'I did it by hand',
-    Reply.TRY_ANYWAY: 'try your best action anyway',
-    Reply.SKIP: 'skip it',
-}
-MENU = '\n'.join(
-    f'  {number}  {word:5} {MEANINGS[reply]}'
-    for number, (word, reply) in enumerate(WORDS.items(), start=1)
-)
+
+
+def menu(options: Sequence[int], name: str, goal: str, action: str) -> str:
+    """The answers that can be given, a line each with what follows from it.
+
+    name, goal, action: of the request.
+    """
+    follows = {
+        Reply.DONE_BY_HAND: f'I did it by hand: the robot looks whether the {name} is {goal}',
+        Reply.TRY_ANYWAY: f'try it anyway: the robot does {action} to the {name}',
+        Reply.SKIP: 'skip it: nothing moves',
+    }
+    return '\n'.join(
+        f'  {number}  {word:5} {follows[reply]}'
+        for number, (word, reply) in enumerate(WORDS.items(), start=1)
+        if reply in options
+    )
 
 
 def read_reply(text: str) -> Reply:

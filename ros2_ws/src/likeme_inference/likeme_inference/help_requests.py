@@ -85,7 +85,8 @@ class HelpRequests:
 
         Raises:
             AnswerRefusedError: a second answer, nothing pending, an unknown request, another
-                question than was read, a number that is not a Reply, or an empty name.
+                question than was read, a number that is no Reply or not one of the request's
+                options, or an empty name.
         """
         if request_id in self._answered:
             before = self._answered[request_id]
@@ -108,6 +109,13 @@ class HelpRequests:
         if reply not in set(Reply):
             known = ', '.join(f'{r.value} {r.name}' for r in Reply)
             raise AnswerRefusedError(f'Expected an answer out of {known}, got {reply}.')
+        if reply not in request.options:
+            options = ' or '.join(option.name for option in request.options)
+            raise AnswerRefusedError(
+                f'Expected {options} for request {request_id}, got {Reply(reply).name}: no action '
+                f'of the robot gets the {request.object} from {request.x_i.name} to '
+                f'{request.goal.name}.'
+            )
         if not answered_by.strip():
             raise AnswerRefusedError('Expected the name of the operator, got an empty one.')
         return AcceptedAnswer(request, Reply(reply), answered_by.strip())

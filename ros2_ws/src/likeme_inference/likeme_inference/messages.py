@@ -74,6 +74,7 @@ def request_msg(world: World, request: HelpRequest) -> HelpRequestMsg:
         predicted_success=request.predicted_success,
         threshold=request.threshold,
         question=request.question,
+        options=request.options,
     )
 
 

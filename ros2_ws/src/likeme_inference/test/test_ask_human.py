@@ -15,7 +15,7 @@ from graph import LATCHED, Graph
 from in_process import command
 from likeme_core.paper_world import WORLD
 from likeme_inference import ask_human_node
-from likeme_inference.console_replies import MENU, read_reply
+from likeme_inference.console_replies import menu, read_reply
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import Decision, Outcome
 
@@ -62,10 +62,18 @@ def test_replies_are_read_by_word_number_and_abbreviation() -> None:
         Reply.DONE_BY_HAND, Reply.DONE_BY_HAND, Reply.DONE_BY_HAND,
         Reply.TRY_ANYWAY, Reply.TRY_ANYWAY, Reply.SKIP, Reply.SKIP,
     ]  # fmt: skip
-    assert '2  try' in MENU
     for text in ('', '0', 'yes', 'doner'):
         with pytest.raises(ValueError, match='Expected one of done, try, skip, got'):
             read_reply(text)
+
+
+def test_the_menu_says_what_follows() -> None:
+    assert menu(list(Reply), 'pear', 'LEFT', 'PUSH_LEFT').splitlines() == [
+        '  1  done  I did it by hand: the robot looks whether the pear is LEFT',
+        '  2  try   try it anyway: the robot does PUSH_LEFT to the pear',
+        '  3  skip  skip it: nothing moves',
+    ]
+    assert 'try' not in menu([Reply.DONE_BY_HAND, Reply.SKIP], 'pear', 'LEFT', 'PUSH_LEFT')
 
 
 @pytest.mark.graph
@@ -137,6 +145,7 @@ def test_the_keyboard(tmp_path: Path) -> None:
         assert said.count('What was typed before this question is not taken as its answer.') == 2
         assert f'Request {second} was answered already: DONE_BY_HAND by Bob.' in said
         assert (outcome.result, outcome.decision_id) == (Outcome.SKIPPED, number)
+        assert f'\n{outcome.sentence}\n' in said
         assert "Expected one of done, try, skip, got 'what?'." in said
         assert f'Request {number}, pear: skipped, push_left is not tried' in said
         assert f'No more input: request {third} stays unanswered.' in said

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from likeme_core.paper_world import LEFT, PUSH_LEFT, RIGHT
@@ -106,3 +108,11 @@ def test_only_the_last_answers_are_remembered() -> None:
         requests.check(ANSWERS_KEPT + 1, Reply.SKIP, 'Bob')
     with pytest.raises(AnswerRefusedError, match=f'got {ANSWERS_KEPT}'):
         requests.check(ANSWERS_KEPT, Reply.SKIP, 'Bob')
+
+
+def test_what_never_worked_is_not_tried() -> None:
+    requests = HelpRequests()
+    requests.add(replace(request(2), predicted_success=0.0))
+    with pytest.raises(AnswerRefusedError, match='Expected DONE_BY_HAND or SKIP for request 2'):
+        requests.check(2, Reply.TRY_ANYWAY, 'Ada')
+    assert requests.check(2, Reply.SKIP, 'Ada').reply is Reply.SKIP

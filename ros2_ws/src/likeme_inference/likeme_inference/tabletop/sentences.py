@@ -97,7 +97,7 @@ def question(name: str, x_i: State, goal: State, action: Action, predicted: floa
     if predicted == 0:
         return (
             f'I want the {name} to be {goal.name}, but from {x_i.name} I know no way there. '
-            f'Will you do it by hand, shall I try {action.name} anyway, or shall we skip it?'
+            'Will you do it by hand, or shall we skip it?'
         )
     return (
         f'I want the {name} to go from {x_i.name} to {goal.name}, but my best action, '

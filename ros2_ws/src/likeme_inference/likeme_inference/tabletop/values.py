@@ -92,6 +92,11 @@ class HelpRequest:
     threshold: float
     question: str
 
+    @property
+    def options(self) -> tuple[Reply, ...]:
+        """Answers that can be given: what never worked is not tried."""
+        return tuple(r for r in Reply if r is not Reply.TRY_ANYWAY or self.predicted_success > 0)
+
 
 @dataclass(frozen=True)
 class MotionReport:
