@@ -19,6 +19,7 @@ from likeme_bringup.supervisor import Supervisor
 from likeme_core.cli import Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
+from likeme_core.typer_app import App
 
 
 class Part(StrEnum):
@@ -203,7 +204,7 @@ def start_cell(
 
 def main() -> None:
     """Entry point of `start_cell`."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app = App(add_completion=False, rich_markup_mode=None)
     app.command()(start_cell)
     app(prog_name='start_cell')
 

@@ -25,6 +25,7 @@ from likeme_bringup.start_cell import (
 )
 from likeme_core.paper_world import WORLD
 from likeme_core.tabletop import Mode
+from likeme_core.typer_app import App
 from likeme_inference import node_settings as inference_settings
 from likeme_perception import node_settings as perception_settings
 
@@ -82,7 +83,7 @@ def test_wrong_usage_is_refused_before_anything_starts(arguments: list[str]) -> 
 
     from likeme_bringup.start_cell import start_cell
 
-    app = typer.Typer()
+    app = App()
     app.command()(start_cell)
     assert CliRunner().invoke(app, arguments).exit_code == 2
 
