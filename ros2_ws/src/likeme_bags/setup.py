@@ -26,7 +26,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Recorded files: reading any bag, mending, cutting, checking and exporting it.',
     license='Apache-2.0',
     extras_require={'lerobot': ['pyarrow'], 'test': ['pytest']},
