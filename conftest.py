@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from functools import partial, partialmethod
 
 import pytest
+from click import testing
 
 from likeme_core.shared_memory import remove_orphans
+
+# Click before 8.2 (Ubuntu 24.04) writes stderr into stdout unless it is told not to, and then does
+# not flush it.
+if 'mix_stderr' in inspect.signature(testing.CliRunner).parameters:
+    testing.CliRunner.__init__ = partialmethod(testing.CliRunner.__init__, mix_stderr=False)
+    testing._NamedTextIOWrapper = partial(testing._NamedTextIOWrapper, write_through=True)
 
 
 @pytest.fixture(scope='session', autouse=True)

@@ -3,7 +3,15 @@
 # Already chosen values of ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and the thread counts stay.
 
 LIKEME_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-LIKEME_VENV=$LIKEME_ROOT/.venv
+if [[ ${LIKEME_ENV:-} == noble ]]; then
+  # The versions of Ubuntu 24.04, see setup.sh; the ROS wheels play /opt/ros/jazzy.
+  LIKEME_VENV=$LIKEME_ROOT/.venv-noble
+  LIKEME_WS=$LIKEME_VENV/ws
+  LIKEME_ROS_PREFIX=$LIKEME_VENV/ros
+else
+  LIKEME_VENV=$LIKEME_ROOT/.venv
+  LIKEME_WS=$LIKEME_ROOT/ros2_ws
+fi
 # Another prefix can be named; one that does not exist means: take the wheels.
 : "${LIKEME_ROS_PREFIX:=/opt/ros/jazzy}"
 export LIKEME_ROOT LIKEME_ROS_PREFIX
@@ -38,11 +46,11 @@ fi
 export VIRTUAL_ENV=$LIKEME_VENV
 case :$PATH: in *:"$LIKEME_VENV/bin":*) ;; *) export PATH=$LIKEME_VENV/bin:$PATH ;; esac
 
-# What ros2_ws/install/local_setup.bash would set; colcon writes that file without quotes, so it
+# What install/local_setup.bash would set; colcon writes that file without quotes, so it
 # fails in a folder whose path has a space.
 _likeme_prepend() { [[ :${!1:-}: == *:"$2":* ]] || export "$1=$2${!1:+:${!1}}"; }
 if [[ -z ${LIKEME_NO_WORKSPACE:-} ]]; then
-  for _likeme_prefix in "$LIKEME_ROOT"/ros2_ws/install/*/; do
+  for _likeme_prefix in "$LIKEME_WS"/install/*/; do
     _likeme_prefix=${_likeme_prefix%/}
     _likeme_name=${_likeme_prefix##*/}
     [[ -d $_likeme_prefix/share/ament_index ]] || continue
@@ -56,7 +64,7 @@ if [[ -z ${LIKEME_NO_WORKSPACE:-} ]]; then
       [[ ! -f $_likeme_path ]] || _likeme_prepend LD_LIBRARY_PATH "$_likeme_prefix/lib"
     done
     # With --symlink-install a Python package is imported from its build folder.
-    _likeme_path=$LIKEME_ROOT/ros2_ws/build/$_likeme_name
+    _likeme_path=$LIKEME_WS/build/$_likeme_name
     [[ ! -d $_likeme_path/$_likeme_name.egg-info ]] || _likeme_prepend PYTHONPATH "$_likeme_path"
   done
 fi
@@ -73,7 +81,8 @@ export FASTRTPS_DEFAULT_PROFILES_FILE=${FASTRTPS_DEFAULT_PROFILES_FILE:-$LIKEME_
 export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1} OMP_NUM_THREADS=${OMP_NUM_THREADS:-1}
 # Lines reach a pipe or a log when they are written.
 export PYTHONUNBUFFERED=1
-# Compiled modules are kept in .venv, once that is complete, also where PYTHONDONTWRITEBYTECODE asks for
+# Compiled modules are kept in the virtual environment, once that is complete, also where
+# PYTHONDONTWRITEBYTECODE asks for
 # clean folders: without them each process starts 1 to 2 s later.
 if [[ -f $LIKEME_VENV/likeme/env ]]; then
   export PYTHONPYCACHEPREFIX=$LIKEME_VENV/pycache

@@ -8,6 +8,8 @@
 #   --force   make the environment and the workspace anew
 #
 # ROS 2 Jazzy comes from /opt/ros/jazzy when that is there, else from wheels.
+# LIKEME_ENV=noble makes another environment, .venv-noble: Python 3.12 and the packages in the versions
+# of Ubuntu 24.04 (scripts/test.sh --noble).
 # LIKEME_PYTHON=/path/to/python3.11 chooses the interpreter; LIKEME_PYTHON=managed has uv fetch one.
 # The folder's path may have letters of any script, digits, spaces and _ . + - @ ~; other characters
 # do not survive colcon, CMake, make and the linker.
@@ -18,14 +20,20 @@ umask 022
 source "$(dirname "${BASH_SOURCE[0]}")/help.bash"
 LIKEME_NO_WORKSPACE=1 source "$(dirname "${BASH_SOURCE[0]}")/env.sh"
 cd "$LIKEME_ROOT"
+source scripts/noble.bash
 
-VENV=.venv
-STATE=.venv/likeme
-LOG=.venv/likeme/log
-WS=ros2_ws
+VENV=${LIKEME_VENV#"$LIKEME_ROOT/"}
+STATE=$VENV/likeme
+LOG=$STATE/log
+SRC=ros2_ws/src
+# Of build, install and log.
+WS=${LIKEME_WS#"$LIKEME_ROOT/"}
 NEEDED_MIB=3000
+MANAGED=3.11
 # Raised when this script makes the environment differently: existing ones are then remade.
 RECIPE=1
+[[ ${LIKEME_ENV:-} == noble ]] && NOBLE=1 MANAGED=3.12 || NOBLE=
+[[ -n $NOBLE || ! -f $LIKEME_ROS_PREFIX/setup.bash ]] && DISTRIBUTION= || DISTRIBUTION=1
 
 # Progress goes to the terminal, also from where a step's output is sent to the log.
 exec 3>&2
@@ -70,15 +78,16 @@ free_mib() { df -Pm . | awk 'NR == 2 {print $4}'; }
 env_key() {
   { cat requirements.lock scripts/patch_wheels.py
     echo $RECIPE "$LIKEME_ROOT"
-    [[ ! -f $LIKEME_ROS_PREFIX/setup.bash ]] || echo "$LIKEME_ROS_PREFIX"
+    [[ -z $NOBLE ]] || cat "$NOBLE_REQUIREMENTS" scripts/noble.bash
+    [[ -z $DISTRIBUTION ]] || echo "$LIKEME_ROS_PREFIX"
   } | sha256sum
 }
 # What the workspace depends on. Python, launch and YAML files are linked, not copied: only their
 # coming and going counts.
 ws_key() {
-  { find $WS/src \( -name package.xml -o -name setup.py -o -name setup.cfg -o -name CMakeLists.txt \
+  { find $SRC \( -name package.xml -o -name setup.py -o -name setup.cfg -o -name CMakeLists.txt \
       -o -name '*.msg' -o -name '*.srv' -o -name '*.action' \) -type f -print0 | sort -z | xargs -0 sha256sum
-    find $WS/src \( -path '*/launch/*' -o -path '*/config/*' -o -path '*/resource/*' \) -type f | sort
+    find $SRC \( -path '*/launch/*' -o -path '*/config/*' -o -path '*/resource/*' \) -type f | sort
   } | sha256sum
 }
 env_is_current() {
@@ -96,7 +105,7 @@ check_path() {
     fail "the path of this folder may have letters, digits, spaces and _ . + - @ ~ only, not ${wrong@Q}: ${LIKEME_ROOT@Q}"
   iconv -f UTF-8 -t UTF-8 <<<"$LIKEME_ROOT" >/dev/null 2>&1 || fail "the path of this folder is not UTF-8: ${LIKEME_ROOT@Q}"
   # patch_wheels.py mends the wheels for other letters; a distribution's files are not ours to change.
-  [[ ! -f $LIKEME_ROS_PREFIX/setup.bash || $LIKEME_ROOT != *[$'\200'-$'\377']* ]] ||
+  [[ -z $DISTRIBUTION || $LIKEME_ROOT != *[$'\200'-$'\377']* ]] ||
     fail "with $LIKEME_ROS_PREFIX the path of this folder may have ASCII letters only: $LIKEME_ROOT"
 }
 
@@ -104,9 +113,10 @@ check_path() {
 runs() { [[ $("$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null) == "$2" ]]; }
 path_of() { "$1" -c 'import sys; print(sys.executable)'; }
 
-# Sets PYTHON (a path, or 'managed': the installer's own 3.11) and SITE_PACKAGES.
+# Sets PYTHON (a path, or 'managed': the installer's own, of version MANAGED) and SITE_PACKAGES.
 choose_python() {
   SITE_PACKAGES=()
+  [[ -z $NOBLE ]] || { choose_noble_python; return; }
   # Not the environment that is about to be remade.
   local candidate PATH=${PATH//"$LIKEME_VENV/bin:"/}
   if [[ ${LIKEME_PYTHON:-} == managed ]]; then
@@ -115,7 +125,7 @@ choose_python() {
     runs "$LIKEME_PYTHON" 3.11 || runs "$LIKEME_PYTHON" 3.12 ||
       fail "LIKEME_PYTHON=$LIKEME_PYTHON is not a Python 3.11 or 3.12 that starts."
     PYTHON=$(path_of "$LIKEME_PYTHON")
-  elif [[ -f $LIKEME_ROS_PREFIX/setup.bash ]]; then
+  elif [[ -n $DISTRIBUTION ]]; then
     runs /usr/bin/python3 3.12 || fail "$LIKEME_ROS_PREFIX wants /usr/bin/python3 to be 3.12, and it is not."
     PYTHON=/usr/bin/python3
   else
@@ -128,7 +138,7 @@ choose_python() {
     done
   fi
   # A distribution's ROS 2 brings rclpy, NumPy and pybullet for the distribution's Python.
-  [[ ! -f $LIKEME_ROS_PREFIX/setup.bash ]] || SITE_PACKAGES=(--system-site-packages)
+  [[ -z $DISTRIBUTION ]] || SITE_PACKAGES=(--system-site-packages)
 }
 
 # Any Python that can carry the installer.
@@ -201,13 +211,14 @@ install_uv() {
 
 make_venv() {
   if [[ $PYTHON == managed ]]; then
-    uv python install 3.11 && uv venv --allow-existing --python-preference only-managed --python 3.11 "$VENV"
+    uv python install $MANAGED && uv venv --allow-existing --python-preference only-managed --python $MANAGED "$VENV"
   else
     uv venv --allow-existing --python "$PYTHON" "${SITE_PACKAGES[@]}" "$VENV"
   fi
 }
 
 install_packages() {
+  [[ -z $NOBLE ]] || { install_noble_packages; return; }
   local leave_out='uv'
   ((${#SITE_PACKAGES[@]} == 0)) || leave_out='uv|ros-[a-z0-9-]+|numpy'
   lock_lines without "$leave_out" >"$STATE/lock.txt"
@@ -224,7 +235,7 @@ build_pybullet() {
 
 make_environment() {
   if [[ -e $VENV && ! -d $STATE ]]; then
-    fail ".venv exists and was not made by setup.sh: move it away and run this again."
+    fail "$VENV exists and was not made by setup.sh: move it away and run this again."
   fi
   (($(free_mib) >= NEEDED_MIB)) ||
     fail "the disk is too full: $(free_mib) MiB free in $LIKEME_ROOT, $NEEDED_MIB MiB needed."
@@ -232,7 +243,7 @@ make_environment() {
   choose_python
   # Without its stamp an environment is half made, or made for another lock: start over. The
   # downloads are in the installer's cache.
-  if [[ -d $VENV ]]; then rm -rf "$VENV/likeme/env" && find $VENV -mindepth 1 -maxdepth 1 ! -name likeme -exec rm -rf {} +; fi
+  if [[ -d $VENV ]]; then rm -rf "$VENV/likeme/env" && find "$VENV" -mindepth 1 -maxdepth 1 ! -name likeme -exec rm -rf {} +; fi
   rm -rf $WS/build $WS/install $WS/log
   mkdir -p "$STATE"
   : >"$LOG"
@@ -241,22 +252,23 @@ make_environment() {
   choose_python
   install_system_packages
   step "installer (uv)" install_uv || explain "Could not install uv"
-  if [[ $PYTHON == managed ]] && ! step "Python 3.11 fetched by the installer" make_venv; then
+  if [[ $PYTHON == managed ]] && ! step "Python $MANAGED fetched by the installer" make_venv; then
+    [[ -z $NOBLE ]] || explain "Could not fetch a Python 3.12 (LIKEME_PYTHON names one)"
     for candidate in python3.12 python3 /usr/bin/python3.12; do
       if runs "$candidate" 3.12; then PYTHON=$(path_of "$candidate"); fi
     done
     [[ $PYTHON != managed ]] || explain "Could not fetch a Python 3.11, and there is no 3.12 to fall back on"
     install_system_packages
   fi
-  [[ $PYTHON == managed ]] || step "Python environment with $PYTHON" make_venv || explain "Could not make .venv"
+  [[ $PYTHON == managed ]] || step "Python environment with $PYTHON" make_venv || explain "Could not make $VENV"
   step "locked packages ($(grep -c '^[a-z0-9].*==' requirements.lock), about 350 MB unless cached)" install_packages ||
     explain "Could not install the locked packages"
   if ! "$VENV/bin/python" -c 'import pybullet' >>"$LOG" 2>&1; then
-    step "pybullet has no wheel for this Python: compiling it, 5 to 15 minutes" build_pybullet ||
+    step "pybullet has no wheel for this Python: compiling it, 5 to 15 minutes" "build${NOBLE:+_noble}_pybullet" ||
       explain "Could not compile pybullet"
   fi
   if ((${#SITE_PACKAGES[@]} == 0)); then
-    step "CMake files of the ROS wheels" "$VENV/bin/python" scripts/patch_wheels.py "$VENV" ||
+    step "CMake files of the ROS wheels" "$VENV/bin/python" scripts/patch_wheels.py "$VENV${NOBLE:+/ros}" ||
       explain "Could not patch the wheels"
   fi
   echo "${LIKEME_PYTHON:-}" >"$STATE/python"
@@ -266,7 +278,7 @@ make_environment() {
 run_colcon() {
   # Without it colcon passes `make -l2`, which waits on a busy machine.
   MAKEFLAGS=${MAKEFLAGS:--j$(nproc)} \
-  colcon --log-base $WS/log build --base-paths $WS/src --build-base $WS/build --install-base $WS/install \
+  colcon --log-base $WS/log build --base-paths $SRC --build-base $WS/build --install-base $WS/install \
     --symlink-install --event-handlers console_cohesion+ status- desktop_notification- \
     --cmake-args -DBUILD_TESTING=OFF
 }
@@ -283,7 +295,7 @@ repair_shebangs() {
 }
 make_workspace() {
   local count
-  count=$(find $WS/src -name package.xml | wc -l)
+  count=$(find $SRC -name package.xml | wc -l)
   step "workspace ($count packages)" build_workspace || explain "colcon build failed"
   echo "$WS_KEY" >"$STATE/ws.new" && mv "$STATE/ws.new" "$STATE/ws"
 }
@@ -303,13 +315,15 @@ ENV_KEY=$(env_key)
 WS_KEY=$(ws_key)
 if [[ -z $force ]] && env_is_current && ws_is_current; then exit 0; fi
 
-# One setup at a time; the lock is this folder itself, so that nothing is left behind.
-exec 9<"$LIKEME_ROOT"
+# One setup of an environment at a time; the lock is a folder itself, so that nothing is left behind.
+exec 9<"$LIKEME_ROOT${NOBLE:+/scripts}"
 flock -n 9 || { say "another setup is running; waiting for it."; flock 9; }
 trap 'echo >&3; say "interrupted; the next run starts where it can."; exit 130' INT TERM
 begin=$EPOCHREALTIME
 [[ -z $force ]] || rm -f $STATE/env $STATE/ws
 env_is_current || make_environment
+# Now that the prefix is there.
+[[ -z $NOBLE ]] || LIKEME_NO_WORKSPACE=1 source scripts/env.sh
 WS_KEY=$(ws_key)
 ws_is_current || make_workspace
 say "ready in $(seconds_since "$begin") s."

@@ -11,11 +11,11 @@ from pathlib import Path
 import cv2
 import psutil
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from graph import Graph
 from likeme_bringup.demo import main
+from likeme_core.typer_app import App
 
 pytestmark = [pytest.mark.graph, pytest.mark.slow]
 
@@ -78,7 +78,7 @@ def test_a_story_that_cannot_be_told_is_refused(tmp_path: Path) -> None:
 
 def refused(*words: str) -> str:
     """What the demo says in this process when it refuses its options."""
-    app = typer.Typer(rich_markup_mode=None)
+    app = App(rich_markup_mode=None)
     app.command()(main)
     told = CliRunner().invoke(app, words)
     assert told.exit_code == 2, told.output

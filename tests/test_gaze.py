@@ -8,12 +8,12 @@ from pathlib import Path
 
 import psutil
 import pytest
-import typer
 from domain_coordinator import domain_id
 from typer.testing import CliRunner
 
 from graph import Graph, NodeProcess
 from in_process import command
+from likeme_core.typer_app import App
 from likeme_experiments.commands import gaze as gaze_command
 
 pytestmark = pytest.mark.graph
@@ -117,6 +117,6 @@ def test_ctrl_c_ends_both(tmp_path: Path) -> None:
     'arguments', [['--trials', '0'], ['--experience', 'wool'], ['--seed', '-1'], ['--points', 'x']]
 )
 def test_invalid_options_are_rejected(arguments: list[str]) -> None:
-    app = typer.Typer()
+    app = App()
     app.command()(gaze_command.main)
     assert CliRunner().invoke(app, arguments).exit_code == 2

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
@@ -78,11 +79,10 @@ def test_two_workers_make_the_same_trials_although_one_is_killed(
 def test_a_dask_cluster_continues_a_stopped_campaign(
     store: ExperienceStore, alone: dict[str, Trial]
 ) -> None:
-    from distributed import LocalCluster
-
+    distributed = pytest.importorskip('distributed')
     store.record(list(alone.values())[::2])
     made: list[Trial] = []
-    with LocalCluster(
+    with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
     ) as cluster, dask_pool(cluster.scheduler_address) as pool:  # fmt: skip
         learn(Progress(CAMPAIGN, store), store, pool, made.append)
@@ -108,10 +108,17 @@ def test_a_trial_of_another_robot_is_refused() -> None:
 
 
 def test_a_missing_dask_scheduler_is_reported() -> None:
+    pytest.importorskip('distributed')
     with (
         pytest.raises(NoClusterError, match='Expected a Dask scheduler at tcp://127'),
         dask_pool('tcp://127.0.0.1:9', timeout=1.0),
     ):
+        pass
+
+
+def test_a_cluster_without_dask_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    with pytest.raises(NoClusterError, match='package distributed'), dask_pool('tcp://no:1'):
         pass
 
 

@@ -18,7 +18,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Action primitives (place, push) against an injected motion interface.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},

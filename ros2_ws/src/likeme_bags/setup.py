@@ -19,7 +19,6 @@ setup(
         'numpy',
         'opencv-python-headless',
         'pillow',
-        'pyarrow',
         'pyyaml',
         # Exactly this version: its writers are subclassed, its readers get indexes of ours.
         'rosbags==0.11.9',
@@ -27,9 +26,9 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Recorded files: reading any bag, mending, cutting, checking and exporting it.',
     license='Apache-2.0',
-    extras_require={'test': ['pytest']},
+    extras_require={'lerobot': ['pyarrow'], 'test': ['pytest']},
     entry_points={'console_scripts': ['bag = likeme_bags.bag_console:main']},
 )

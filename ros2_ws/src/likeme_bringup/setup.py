@@ -28,7 +28,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Launch files, configuration, supervisor, thin callers, demo.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},

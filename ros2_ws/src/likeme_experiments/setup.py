@@ -22,7 +22,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description="The paper's figures and tables, learning, executed imitation, physics fit.",
     license='Apache-2.0',
     extras_require={'cluster': ['distributed'], 'test': ['pytest']},

@@ -18,7 +18,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Gaze following by Gaussian processes, and blindfolds (Chung et al. 2015).',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},

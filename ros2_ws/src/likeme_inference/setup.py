@@ -21,7 +21,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Goal inference, action selection and requests for help (Chung et al. 2015).',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},

@@ -21,7 +21,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Object states and human demonstrations from RGB-D frames.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},

@@ -21,7 +21,7 @@ setup(
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
-    maintainer_email='maintainers@likeme.invalid',
+    maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Recording and replaying the ROS graph; the decision log.',
     license='Apache-2.0',
     extras_require={'test': ['pytest']},

@@ -8,14 +8,14 @@ import time
 from pathlib import Path
 from typing import BinaryIO
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from likeme_arm.hold_latch import HISTORY, HoldChange, HoldLatch
 from likeme_core.heartbeats import NodeState
-from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.other_servers import other_servers
 from likeme_core.ros.qos import LATCHED, kept
@@ -62,7 +62,7 @@ class HoldKeeperNode(Node):
         self._state_pub = self.create_publisher(HoldState, 'cell/hold_state', LATCHED)
         self._changes_pub = self.create_publisher(HoldState, 'cell/holds', kept(HISTORY))
         self._heartbeat = HeartbeatPublisher(self, self._health)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics = DiagnosticsPublisher(self)
         self.create_subscription(String, 'cell/stop', self._on_stop, 10)
         self.create_service(Trigger, 'cell/hold', self._on_hold)
         self.create_service(Trigger, 'cell/resume', self._on_resume)

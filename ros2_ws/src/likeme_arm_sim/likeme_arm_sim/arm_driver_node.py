@@ -6,7 +6,6 @@ import sys
 import traceback
 
 import cv2
-from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -32,6 +31,7 @@ from likeme_arm_sim.simulation_driver import SimulationDriver
 from likeme_core.heartbeats import NodeState
 from likeme_core.outcomes import Actor
 from likeme_core.ros import parameters
+from likeme_core.ros.diagnostics import DiagnosticsPublisher
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.other_servers import other_servers
 from likeme_core.ros.qos import kept
@@ -103,7 +103,7 @@ class ArmDriverNode(Node):
         for lost in self._journal.lost:
             self.get_logger().warning(f'{lost.action} of the {lost.object}: {lost.message}')
             self._on_motion(lost)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics = DiagnosticsPublisher(self)
         self.create_timer(1.0, self._diagnose, clock=steady_clock())
         self._driver.start()
         names = ', '.join(part for part in SimulatedPart if part in parts)

@@ -1,28 +1,31 @@
 """CLI of scripts/bag.sh: inspect, cut, merge, repair, check and export bags."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Optional
 
 import typer
+import typer.core
 
 from likeme_bags import editing
 from likeme_bags.check_results import Level
 from likeme_bags.doctor import examine
 from likeme_bags.errors import BagError, UnsupportedError
 from likeme_bags.export_csv import export_csv
-from likeme_bags.export_lerobot import export_lerobot
 from likeme_bags.export_mp4 import export_mp4
 from likeme_bags.export_result import Exported
 from likeme_bags.info import bag_summary, summary_text
 from likeme_bags.reading import open_bag
 from likeme_bags.text_output import json_text, one_line
+
+# For the Typer of Ubuntu 24.04 (0.9), as likeme_core.typer_app, which this package does not
+# import: annotations that are not texts, Optional[X] for X | None, no boxes around errors.
+if hasattr(typer.core, 'rich'):
+    typer.core.rich = None
 
 app = typer.Typer(
     add_completion=False,
@@ -34,7 +37,7 @@ app = typer.Typer(
 Bag = Annotated[Path, typer.Argument(help='A rosbag2 folder, a .mcap, .db3 or ROS 1 .bag file.')]
 Out = Annotated[Path, typer.Option('--out', help='Folder of the new bag; must not exist.')]
 Topics = Annotated[
-    list[str] | None,
+    Optional[list[str]],
     typer.Option(
         '--topics', help='Only this topic, with or without leading slash; can be repeated.'
     ),
@@ -109,9 +112,11 @@ def info(bag: Bag, as_json: AsJson = False) -> None:
 def cut(
     bag: Bag,
     out: Out,
-    start: Annotated[float | None, typer.Option(help='First time, s from the beginning.')] = None,
+    start: Annotated[
+        Optional[float], typer.Option(help='First time, s from the beginning.')
+    ] = None,
     end: Annotated[
-        float | None, typer.Option(help='End (excluded), s from the beginning.')
+        Optional[float], typer.Option(help='End (excluded), s from the beginning.')
     ] = None,
     topics: Topics = None,
     storage: StorageOption = StorageFormat.MCAP,
@@ -138,7 +143,7 @@ def merge(
 def repair(
     bag: Bag,
     out: Annotated[
-        Path | None, typer.Option(help='New folder; without it BAG_repaired beside the bag.')
+        Optional[Path], typer.Option(help='New folder; without it BAG_repaired beside the bag.')
     ] = None,
     in_place: Annotated[
         bool, typer.Option(help='Replace the bag, which is kept as BAG.before.')
@@ -194,11 +199,11 @@ def export(
     form: Annotated[ExportFormat, typer.Option('--format', help='What to write.')],
     topics: Topics = None,
     fps: Annotated[
-        int | None,
+        Optional[int],
         typer.Option(min=1, max=240, help="Hz; mp4: default the topic's own, lerobot: 30."),
     ] = None,
     task: Annotated[
-        list[str] | None, typer.Option(help='What was done, for lerobot: one, or one per bag.')
+        Optional[list[str]], typer.Option(help='What was done, for lerobot: one, or one per bag.')
     ] = None,
 ) -> None:
     """Write a bag as tables, as videos, or as a LeRobot dataset."""
@@ -235,13 +240,27 @@ def _export(
     tasks: list[str],
 ) -> Exported:
     if form == ExportFormat.LEROBOT:
-        return export_lerobot(bags, out, topics, fps or 30, tasks)
+        return _export_lerobot(bags, out, topics, fps or 30, tasks)
     with open_bag(bags[0]) as bag:
         if form == ExportFormat.CSV:
             exported = export_csv(bag, out, topics)
         else:
             exported = export_mp4(bag, out, topics, fps)
         return exported._replace(remarks=[*exported.remarks, *bag.warnings])
+
+
+def _export_lerobot(
+    bags: list[Path], out: Path, topics: list[str] | None, fps: int, tasks: list[str]
+) -> Exported:
+    # It brings pyarrow, an extra that takes 0.1 s to import and that rosdep does not know.
+    try:
+        from likeme_bags.export_lerobot import export_lerobot
+    except ModuleNotFoundError as error:
+        raise BagError(
+            f'Expected the Python package {error.name} for --format lerobot: '
+            f'install it from pip (python3 -m pip install {error.name}).'
+        ) from None
+    return export_lerobot(bags, out, topics, fps, tasks)
 
 
 def main() -> None:

@@ -189,6 +189,9 @@ def _decoded(data: NDArray[np.uint8], form: str) -> NDArray[Any]:
             if image.width * image.height > _MAX_PIXELS:
                 size = f'{image.height}x{image.width}'
                 raise BagError(f'expected at most {_MAX_PIXELS} pixels, got {size}.')
+            # Pillow before 10.3 reads grey PNG of 16 bits as 32; PNG has no more than 16.
+            if image.mode == 'I' and image.format == 'PNG':
+                return np.asarray(image).astype(np.uint16)
             if image.mode == 'I':
                 raise UnsupportedError('expected channels of 8 or 16 bits, got 32.')
             if image.mode not in _GREY_MODES:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import cv2
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from rosbags.rosbag2 import Reader
 from sample_bags import BEGIN, CHATTER, COLOUR, KINDS, PERIOD, sample_records
@@ -238,6 +238,7 @@ def test_export_mp4(tmp_path: Path) -> None:
 
 
 def test_export_lerobot(tmp_path: Path) -> None:
+    pq = pytest.importorskip('pyarrow.parquet')
     """Files and columns of layout v3.0: two episodes of one task."""
     bags = [arm_bag(tmp_path / 'one'), arm_bag(tmp_path / 'two', frames=16)]
     out = tmp_path / 'set'
@@ -279,6 +280,27 @@ def test_export_lerobot(tmp_path: Path) -> None:
     np.testing.assert_allclose(stats['observation.state']['max'], [3.0, 0.0], atol=1e-5)
 
 
+def test_only_the_export_that_needs_pyarrow_asks_for_it(tmp_path: Path, mcap: Path) -> None:
+    # A module that is None in sys.modules cannot be imported.
+    code = (
+        "import sys; sys.modules['pyarrow'] = None\n"
+        'from likeme_bags.bag_console import app; app(sys.argv[1:])'
+    )
+
+    def without_pyarrow(*words: object) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, '-c', code, *map(str, words)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+
+    assert '60 messages' in without_pyarrow('info', mcap).stdout
+    refused = without_pyarrow('export', mcap, '--format', 'lerobot', '--out', tmp_path / 'out')
+    assert (refused.returncode, refused.stderr) == (
+        1,
+        'bag: Expected the Python package pyarrow for --format lerobot: '
+        'install it from pip (python3 -m pip install pyarrow).\n',
+    )
+    assert not (tmp_path / 'out').exists()
+
+
 def test_exports_that_have_nothing_to_write(tmp_path: Path, written: list[Record]) -> None:
     with BagWriter(tmp_path / 'text') as writer:
         writer.add(Topic(CHATTER, written[0].type))
@@ -287,6 +309,8 @@ def test_exports_that_have_nothing_to_write(tmp_path: Path, written: list[Record
         ('mp4', 'Expected a topic of images'),
         ('lerobot', 'Expected a camera'),
     ):
+        if form == 'lerobot':
+            pytest.importorskip('pyarrow')
         done = bag('export', tmp_path / 'text', '--format', form, '--out', tmp_path / form)
         assert done.exit_code == 1
         assert sentence in done.stderr

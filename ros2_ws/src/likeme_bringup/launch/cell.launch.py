@@ -1,34 +1,44 @@
-"""Start the nodes: `ros2 launch likeme_bringup cell.launch.py only:=arm,inference seed:=3`."""
+"""Start the nodes: `ros2 launch likeme_bringup cell.launch.py only:=arm,inference seed:=3`.
+
+Imports launch and launch_ros alone: this file runs in the Python of `ros2`, which need not have
+what the nodes need. What to start is asked of `start_cell`, which also refuses what is wrong.
+"""
 
 from __future__ import annotations
 
+import atexit
+import json
 import os
+import shutil
+import signal
+import subprocess
+import tempfile
 import time
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from typing import Any
 
-from ament_index_python.packages import get_package_share_directory
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 from launch import LaunchContext, LaunchDescription
-from likeme_arm_sim.simulated_parts import SimulatedPart
-from likeme_bringup.child import Ended
-from likeme_bringup.respawn import Lives, Respawn
-from likeme_bringup.start_cell import Part, StartOptions, executable
-from likeme_core.tabletop import Mode
-from likeme_core.world import load_world
 
 #: s from the death of a node to its next start; launch knows only one pause.
 RESPAWN_DELAY = 0.5
-ARGUMENTS = {
+#: Has the kernel end a node when `ros2 launch` is gone: it leaves its nodes behind at SIGTERM.
+END_WITH_LAUNCH = 'setpriv --pdeathsig SIGTERM'
+#: Exit code of a node that refuses its parameters: EX_CONFIG.
+REFUSED = 78
+BOOLEAN = ['true', 'false', 'True', 'False']
+ARGUMENTS: dict[str, tuple[str, str]] = {
     'only': (
         '',
         'Parts to start, separated by commas: hold, arm, perception, inference; empty: all.',
     ),
     'simulate': ('', 'Parts to simulate, separated by commas: arm, person, camera; empty: all.'),
+    'namespace': ('', 'Of all nodes: a cell in a namespace has a clock of its own.'),
     'network': ('false', 'true: let nodes on other machines of the subnet take part.'),
     'mode': ('', 'How the robot imitates: trajectory, goal_based, interactive, sequential.'),
     'threshold': ('', 'Ask for help below this predicted success.'),
@@ -38,85 +48,143 @@ ARGUMENTS = {
     'model': ('', 'Transition model file of the robot.'),
     'experience': ('', 'Experience store: executed imitations improve the model.'),
     'world': ('', 'A shipped world or a world file.'),
-    'params': ('', 'ROS parameter file; config/cell.yaml has all names.'),
+    'params_file': ('', 'ROS parameter file; config/cell.yaml has all names.'),
+    'use_sim_time': ('', 'true: nodes run on /clock; empty: as the parameter file says.'),
     'respawn': ('true', 'false: end all when a node dies, instead of starting it again.'),
     'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
 }
+CHOICES = {'network': BOOLEAN, 'respawn': BOOLEAN, 'use_sim_time': ['', *BOOLEAN]}
+#: Arguments that start_cell takes under their own names.
+PASSED = (
+    'mode', 'threshold', 'actions', 'seed', 'real_time_factor', 'model', 'experience', 'world',
+    'domain',
+)  # fmt: skip
 
 
 def generate_launch_description() -> LaunchDescription:
     declared = [
-        DeclareLaunchArgument(name, default_value=default, description=description)
+        DeclareLaunchArgument(
+            name, default_value=default, description=description, choices=CHOICES.get(name)
+        )
         for name, (default, description) in ARGUMENTS.items()
     ]
     return LaunchDescription([*declared, OpaqueFunction(function=start)])
 
 
 def start(context: LaunchContext) -> list[SetEnvironmentVariable | Node]:
-    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    simulate = tuple(SimulatedPart(name) for name in names(given['simulate']))
-    options = StartOptions(
-        simulate=simulate or None,
-        mode=Mode(given['mode']) if given['mode'] else None,
-        threshold=float(given['threshold']) if given['threshold'] else None,
-        actions=int(given['actions']) if given['actions'] else None,
-        seed=int(given['seed']) if given['seed'] else None,
-        real_time_factor=float(given['real_time_factor']) if given['real_time_factor'] else None,
-        experience=given['experience'] or None,
-        model=Path(given['model']) if given['model'] else None,
-        world=load_world(given['world']).source if given['world'] else None,
-    )
-    parts = [Part(name) for name in names(given['only'])] or list(Part)
-    respawn = given['respawn'] == 'true'
-    nodes = (node(part, options, given['params'], respawn) for part in parts)
-    return [*environment(given), *nodes]
+    given = {name: LaunchConfiguration(name).perform(context).strip() for name in ARGUMENTS}
+    program = ExecutableInPackage('start_cell', 'likeme_bringup').perform(context)
+    plan = planned([program, *options(given)])
+    files = written(plan['parameter_files'])
+    config = os.path.join(FindPackageShare('likeme_bringup').perform(context), 'config')
+    nodes = (node(*each, given, files, plan) for each in plan['nodes'])
+    return [*environment(given, config), *nodes]
 
 
-def names(text: str) -> list[str]:
-    return [name.strip() for name in text.split(',') if name.strip()]
+def options(given: dict[str, str]) -> Iterator[str]:
+    """The options of start_cell."""
+    yield from ('--launch-plan', given['namespace'])
+    for name in ('only', 'simulate'):
+        for part in given[name].split(','):
+            if part.strip():
+                yield from (f'--{name}', part.strip())
+    for name in PASSED:
+        if given[name]:
+            yield from (f'--{name.replace("_", "-")}', given[name])
+    if given['params_file']:
+        yield from ('--params', given['params_file'])
 
 
-def environment(given: dict[str, str]) -> list[SetEnvironmentVariable]:
-    config = os.path.join(get_package_share_directory('likeme_bringup'), 'config')
+def planned(command: list[str]) -> dict[str, Any]:
+    """What start_cell answers; raises its sentence if it refuses."""
+    answer = subprocess.run(command, capture_output=True, text=True, check=False)
+    if answer.returncode:
+        *_, sentence = answer.stderr.strip().splitlines() or ['start_cell failed.']
+        raise RuntimeError(sentence.removeprefix('Error: ').replace('--params', 'params_file'))
+    plan: dict[str, Any] = json.loads(answer.stdout)
+    return plan
+
+
+def written(texts: list[str]) -> list[str]:
+    """Files with these texts, which go when this process ends."""
+    folder = tempfile.mkdtemp(prefix='likeme_launch_')
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    paths = [os.path.join(folder, f'{number}.yaml') for number in range(len(texts))]
+    for path, text in zip(paths, texts, strict=True):
+        with open(path, 'w', encoding='utf-8') as file:
+            file.write(text)
+    return paths
+
+
+def environment(given: dict[str, str], config: str) -> list[SetEnvironmentVariable]:
     chosen = {
         'FASTRTPS_DEFAULT_PROFILES_FILE': os.environ.get(
             'FASTRTPS_DEFAULT_PROFILES_FILE', os.path.join(config, 'fastdds.xml')
         ),
-        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET' if given['network'] == 'true' else 'LOCALHOST',
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET' if is_true(given['network']) else 'LOCALHOST',
     }
     if given['domain']:
         chosen['ROS_DOMAIN_ID'] = given['domain']
     return [SetEnvironmentVariable(name, value) for name, value in chosen.items()]
 
 
-def node(part: Part, options: StartOptions, params: str, respawn: bool) -> Node:
-    package, name = executable(part)
+def is_true(word: str) -> bool:
+    return word.lower() == 'true'
+
+
+def node(
+    part: str,
+    package: str,
+    executable: str,
+    given: dict[str, str],
+    files: list[str],
+    plan: dict[str, Any],
+) -> Node:
+    respawn = is_true(given['respawn'])
+    sim_time = given['use_sim_time']
     return Node(
         package=package,
-        executable=name,
+        executable=executable,
+        exec_name=part,
+        namespace=given['namespace'],
         output='screen',
-        parameters=[*([params] if params else []), options.overrides(part)],
+        parameters=[*files, *([{'use_sim_time': is_true(sim_time)}] if sim_time else [])],
+        # Absolute by convention: two cells would set each other's time.
+        remappings=[('/clock', 'clock')] if given['namespace'] else [],
+        prefix=END_WITH_LAUNCH,
         respawn=respawn,
         respawn_delay=RESPAWN_DELAY,
         # Not respawn_max_retries: it counts deaths over the whole life of the cell.
-        on_exit=on_exit(part, Respawn() if respawn else Respawn(pauses=())),
+        on_exit=on_exit(part, plan['pauses'] if respawn else 0, plan['stable']),
     )
 
 
 def on_exit(
-    part: Part, policy: Respawn
+    part: str, pauses: int, stable: float
 ) -> Callable[[ProcessExited, LaunchContext], list[Shutdown]]:
-    """When all are to end with a node: as under start_cell."""
-    lives = Lives(policy)
-    lives.start(time.monotonic())
+    """When all are to end with a node: as under start_cell, see likeme_bringup.respawn.
+
+    pauses: deaths in a row that are mended. stable: s of life that end the row.
+    """
+    started, in_a_row, restarts = time.monotonic(), 0, 0
 
     def shut_down(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
-        now = time.monotonic()
-        pause = lives.death(event.returncode, now)
-        if pause is None:
-            end = Ended(part.value, event.returncode, lives.exhausted)
-            return [Shutdown(reason=end.message)]
-        lives.start(now + RESPAWN_DELAY)
-        return []
+        nonlocal started, in_a_row, restarts
+        code, now = event.returncode, time.monotonic()
+        if code == 0 or (code == REFUSED and not restarts):
+            return [Shutdown(reason=f'{part} ended with exit code {code}')]
+        in_a_row = 1 if now - started >= stable else in_a_row + 1
+        started = now + RESPAWN_DELAY
+        if in_a_row <= pauses:
+            restarts += 1
+            return []
+        row = f', death {in_a_row} in a row within {stable:g} s of a start' if pauses else ''
+        return [Shutdown(reason=f'{part} {how(code)}{row}')]
 
     return shut_down
+
+
+def how(code: int) -> str:
+    if code >= 0:
+        return f'ended with exit code {code}'
+    return f'was ended by {signal.Signals(-code).name}'

@@ -31,6 +31,7 @@ from likeme_core.interrupt import deferred_interrupt
 from likeme_core.processes import die_with_parent, interrupt
 from likeme_core.state_folder import STATE_VARIABLE
 from likeme_core.tabletop import Manner
+from likeme_core.typer_app import App
 from likeme_core.world import World
 from likeme_inference.console_replies import read_reply
 from likeme_inference.keyboard import DISCARDED, Keyboard
@@ -256,7 +257,7 @@ def _line(prompt: str, keyboard: Keyboard | None, check: Callable[[], None]) -> 
 
 def run() -> None:
     """Console entry point."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app = App(add_completion=False, rich_markup_mode=None)
     app.command()(main)
     app(prog_name='demo')
 

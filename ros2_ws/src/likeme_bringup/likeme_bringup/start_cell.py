@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -13,6 +14,7 @@ import typer
 import likeme_core.standby
 from likeme_arm_sim.simulated_parts import SimulatedPart
 from likeme_bringup.child import Child
+from likeme_bringup.launch_plan import PlannedNode, launch_plan
 from likeme_bringup.parameter_files import validated
 from likeme_bringup.respawn import Respawn
 from likeme_bringup.supervisor import Supervisor
@@ -20,6 +22,7 @@ from likeme_core import socket_buffers
 from likeme_core.cli import Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
+from likeme_core.typer_app import App
 
 
 class Part(StrEnum):
@@ -36,6 +39,12 @@ MODULES = {
     Part.ARM: 'likeme_arm_sim.arm_driver_node',
     Part.PERCEPTION: 'likeme_perception.perception_node',
     Part.INFERENCE: 'likeme_inference.inference_node',
+}
+NODES = {
+    Part.HOLD: 'hold_keeper',
+    Part.ARM: 'arm_driver',
+    Part.PERCEPTION: 'perception_node',
+    Part.INFERENCE: 'inference_node',
 }
 STANDBY = (likeme_core.standby.__name__,)
 
@@ -113,6 +122,15 @@ def command(part: Part, options: StartOptions, runner: tuple[str, ...] = ()) -> 
     return arguments
 
 
+def plan(parts: Sequence[Part], options: StartOptions, namespace: str) -> str:
+    """See likeme_bringup.launch_plan."""
+    nodes = [
+        PlannedNode(part.value, NODES[part], *executable(part), options.overrides(part))
+        for part in parts
+    ]
+    return launch_plan(nodes, options.parameter_files, namespace)
+
+
 def parameter_file(path: Path) -> Path:
     """The absolute path of a valid ROS parameter file.
 
@@ -171,6 +189,15 @@ def start_cell(
         ),
     ] = True,
     domain: Domain = 0,
+    launch_plan_of: Annotated[
+        str | None,
+        typer.Option(
+            '--launch-plan',
+            hidden=True,
+            metavar='NAMESPACE',
+            help='Start nothing, print what the launch file is to start in a namespace.',
+        ),
+    ] = None,
 ) -> None:
     """Start hold keeper, arm driver, perception and inference; Ctrl-C ends them all."""
     os.environ['ROS_DOMAIN_ID'] = str(domain)
@@ -187,6 +214,9 @@ def start_cell(
         tuple(parameter_file(path) for path in params or ()),
         None if world is None else world.source,
     )
+    if launch_plan_of is not None:
+        print(plan(parts, options, launch_plan_of))
+        return
     supervisor = Supervisor(
         children(parts, options, network), respawn=Respawn() if respawn else None
     )
@@ -206,7 +236,7 @@ def start_cell(
 
 def main() -> None:
     """Entry point of `start_cell`."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app = App(add_completion=False, rich_markup_mode=None)
     app.command()(start_cell)
     app(prog_name='start_cell')
 

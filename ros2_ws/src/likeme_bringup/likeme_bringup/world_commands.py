@@ -8,11 +8,12 @@ from typing import Annotated, NoReturn
 
 import typer
 
+from likeme_core.typer_app import App
 from likeme_core.world import World, WorldFileError, load_world, shipped_worlds
 from likeme_core.world.file import world_path
 from likeme_core.world.folder import WORLDS_FOLDER
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
+app = App(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
 File = Annotated[str, typer.Argument(metavar='NAME|FILE', help='A shipped world or a file.')]
 #: The comment by which editors find the schema, and what `new` writes instead.
 SCHEMA = '$schema=world.schema.json'

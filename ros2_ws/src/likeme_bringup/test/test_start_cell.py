@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import runpy
 import sys
 import types
@@ -25,6 +26,7 @@ from likeme_bringup.start_cell import (
 )
 from likeme_core.paper_world import WORLD
 from likeme_core.tabletop import Mode
+from likeme_core.typer_app import App
 from likeme_inference import node_settings as inference_settings
 from likeme_perception import node_settings as perception_settings
 
@@ -78,11 +80,10 @@ def test_every_part_is_a_module_and_an_entry_point(part: Part) -> None:
     ],
 )
 def test_wrong_usage_is_refused_before_anything_starts(arguments: list[str]) -> None:
-    import typer
 
     from likeme_bringup.start_cell import start_cell
 
-    app = typer.Typer()
+    app = App()
     app.command()(start_cell)
     assert CliRunner().invoke(app, arguments).exit_code == 2
 
@@ -100,6 +101,13 @@ def stand_in(name: str, **members: type) -> types.ModuleType:
     return module
 
 
+class Performed(Stand):
+    """A substitution; its value is in the context."""
+
+    def perform(self, context: dict[str, str]) -> str:
+        return context[self.args[0]]
+
+
 @pytest.fixture
 def launch(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """The launch file's names; stand-ins for `launch` and `launch_ros`, not on PyPI."""
@@ -107,51 +115,123 @@ def launch(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     def kind(name: str) -> type:
         return type(name, (Stand,), {})
 
-    class LaunchConfiguration(Stand):
-        def perform(self, context: dict[str, str]) -> str:
-            return context[self.args[0]]
-
     actions = ('DeclareLaunchArgument', 'OpaqueFunction', 'SetEnvironmentVariable', 'Shutdown')
     modules = [
         stand_in('launch', LaunchContext=dict, LaunchDescription=kind('LaunchDescription')),
         stand_in('launch.actions', **{name: kind(name) for name in actions}),
+        stand_in('launch.events'),
         stand_in('launch.events.process', ProcessExited=kind('ProcessExited')),
-        stand_in('launch.substitutions', LaunchConfiguration=LaunchConfiguration),
+        stand_in('launch.substitutions', LaunchConfiguration=Performed),
         stand_in('launch_ros'),
         stand_in('launch_ros.actions', Node=kind('Node')),
+        stand_in(
+            'launch_ros.substitutions', ExecutableInPackage=Performed, FindPackageShare=Performed
+        ),
     ]
     for module in modules:
         monkeypatch.setitem(sys.modules, module.__name__, module)
     names = runpy.run_path(str(PACKAGE / 'launch' / 'cell.launch.py'))
-    monkeypatch.setitem(
-        names['start'].__globals__, 'get_package_share_directory', lambda _: str(PACKAGE)
-    )
+    planned = names['planned']
+
+    def planned_here(command: list[str]) -> Any:
+        return planned([sys.executable, '-m', 'likeme_bringup.start_cell', *command[1:]])
+
+    monkeypatch.setitem(names['start'].__globals__, 'planned', planned_here)
     return names
 
 
+def started(launch: dict[str, Any], **given: str) -> tuple[list[Any], dict[str, str]]:
+    """The nodes and the environment that the launch file's arguments lead to."""
+    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()} | given
+    programs = {'start_cell': 'start_cell', 'likeme_bringup': str(PACKAGE)}
+    entities = launch['start'](context | programs)
+    nodes = [each for each in entities if type(each).__name__ == 'Node']
+    return nodes, dict(each.args for each in entities if each not in nodes)
+
+
+def parameters(node: Stand) -> dict[str, Any]:
+    """What the parameter files and values of a node say together."""
+    merged: dict[str, Any] = {}
+    for given in node.kwargs['parameters']:
+        merged |= given if isinstance(given, dict) else yaml.safe_load(Path(given).read_text())
+    return merged
+
+
+def test_the_launch_file_imports_launch_and_nothing_that_its_python_may_lack() -> None:
+    path = PACKAGE / 'launch' / 'cell.launch.py'
+    trees = ast.walk(ast.parse(path.read_text(encoding='utf-8')))
+    modules = {
+        name.partition('.')[0]
+        for node in trees
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in (
+            [node.module] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names]
+        )
+    }
+    assert modules - sys.stdlib_module_names == {'launch', 'launch_ros'}
+
+
 def test_the_launch_file_starts_the_same_nodes(launch: dict[str, Any]) -> None:
-    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()}
-    nodes = [e for e in launch['start'](context) if type(e).__name__ == 'Node']
+    nodes, _ = started(launch)
     assert [(n.kwargs['package'], n.kwargs['executable']) for n in nodes] == [
         executable(p) for p in Part
     ]
+    assert all(node.kwargs['remappings'] == [] for node in nodes)
 
 
-def test_the_launch_files_arguments_reach_the_nodes(launch: dict[str, Any]) -> None:
-    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()}
-    context |= {
-        'only': 'inference',
-        'mode': 'trajectory',
-        'params': 'mine.yaml',
-        'domain': '7',
-        'network': 'true',
+def test_the_launch_files_arguments_reach_the_nodes(
+    launch: dict[str, Any], tmp_path: Path
+) -> None:
+    mine = tmp_path / 'mine.yaml'
+    mine.write_text('inference_node: {ros__parameters: {turn_timeout: 7e1}}\n')
+    nodes, environment = started(
+        launch, only='inference, arm', mode='trajectory', params_file=str(mine), domain='7',
+        network='true', use_sim_time='True', simulate='arm',
+    )  # fmt: skip
+    # ROS reads 7e1 as a number, PyYAML as a text: it stays as it is written.
+    assert '7e1' in Path(nodes[0].kwargs['parameters'][0]).read_text()
+    assert 'turn_timeout' in mine.read_text()
+    assert parameters(nodes[0]) == {
+        '/arm_driver': {'ros__parameters': {'simulate': ['arm']}},
+        '/inference_node': {'ros__parameters': {'mode': 'trajectory'}},
+        'use_sim_time': True,
     }
-    *settings, node = launch['start'](context)
-    assert node.kwargs['parameters'] == ['mine.yaml', {'mode': 'trajectory'}]
-    environment = dict(s.args for s in settings)
     assert environment['ROS_DOMAIN_ID'] == '7'
     assert environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
     assert Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).is_file()
+
+
+def test_a_cell_in_a_namespace_has_parameters_and_a_clock_of_its_own(
+    launch: dict[str, Any], tmp_path: Path
+) -> None:
+    mine = tmp_path / 'mine.yaml'
+    mine.write_text(
+        'arm_driver: {ros__parameters: {seed: 4}}\n/**: {ros__parameters: {seed: 5}}\n'
+    )
+    nodes, _ = started(launch, namespace='left', params_file=str(mine))
+    assert {node.kwargs['namespace'] for node in nodes} == {'left'}
+    assert all(node.kwargs['remappings'] == [('/clock', 'clock')] for node in nodes)
+    assert set(parameters(nodes[0])) == {'/left/arm_driver', '/**'}
+
+
+@pytest.mark.parametrize(
+    ('given', 'sentence'),
+    [
+        ({'params_file': '/no/such.yaml'}, "Invalid value for 'params_file': "),
+        ({'params_file': 'FILE'}, "inference_node has no parameter 'moed'; mode?"),
+        ({'threshold': '2'}, "Invalid value for '--threshold': "),
+        ({'world': 'nowhere'}, 'nowhere'),
+    ],
+)
+def test_the_launch_file_refuses_in_one_sentence_what_start_cell_refuses(
+    launch: dict[str, Any], tmp_path: Path, given: dict[str, str], sentence: str
+) -> None:
+    mine = tmp_path / 'mine.yaml'
+    mine.write_text('inference_node: {ros__parameters: {moed: direct}}\n')
+    with pytest.raises(RuntimeError) as refused:
+        started(launch, **{n: str(mine) if v == 'FILE' else v for n, v in given.items()})
+    assert sentence in str(refused.value)
+    assert '\n' not in str(refused.value)
 
 
 def exits(node: Stand, *codes: int) -> list[Any]:
@@ -161,8 +241,7 @@ def exits(node: Stand, *codes: int) -> list[Any]:
 
 
 def test_the_launch_file_respawns_with_a_limit(launch: dict[str, Any]) -> None:
-    context = {name: default for name, (default, _) in launch['ARGUMENTS'].items()}
-    arm, perception, inference = launch['start'](context)[-3:]
+    (_, arm, perception, inference), _ = started(launch)
     assert arm.kwargs['respawn'] is True
     assert arm.kwargs['respawn_delay'] > 0
     *mended, last = exits(arm, *[-9] * 5)
@@ -172,7 +251,7 @@ def test_the_launch_file_respawns_with_a_limit(launch: dict[str, Any]) -> None:
     )
     assert exits(perception, 0)[0]
     assert exits(inference, REFUSED)[0]
-    *_, arm = launch['start'](context | {'respawn': 'false', 'only': 'arm'})
+    (arm,), _ = started(launch, respawn='false', only='arm')
     assert arm.kwargs['respawn'] is False
     assert exits(arm, -9)[0][0].kwargs['reason'] == 'arm was ended by SIGKILL'
 
@@ -182,7 +261,11 @@ def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) 
 
     from likeme_bringup.start_cell import start_cell
 
-    assert set(launch['ARGUMENTS']) == set(inspect.signature(start_cell).parameters)
+    ours = {'namespace', 'params_file', 'use_sim_time'}
+    theirs = {'params', 'launch_plan_of'}
+    assert (
+        set(launch['ARGUMENTS']) - ours == set(inspect.signature(start_cell).parameters) - theirs
+    )
     assert len(launch['generate_launch_description']().args[0]) == len(launch['ARGUMENTS']) + 1
 
 

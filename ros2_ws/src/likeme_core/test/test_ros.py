@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,7 +19,7 @@ from rclpy.node import Node  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 
 from likeme_core.ros import parameters  # noqa: E402
-from likeme_core.ros.diagnostics import diagnostics_msg  # noqa: E402
+from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg  # noqa: E402
 from likeme_core.ros.spin import _check_clock  # noqa: E402
 from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
 from likeme_core.settings import Setting, defaults  # noqa: E402
@@ -106,8 +107,24 @@ def test_diagnostics_hold_one_status_with_its_values() -> None:
     assert stamp_ns(array.header.stamp) == 5
 
 
+def test_diagnostics_of_cells_in_namespaces_are_named_apart() -> None:
+    sent: list[str] = []
+    node = SimpleNamespace(
+        get_namespace=lambda: '/left/cell',
+        create_publisher=lambda *_: SimpleNamespace(
+            publish=lambda array: sent.append(array.status[0].name)
+        ),
+    )
+    status = diagnostics_msg('camera', DiagnosticStatus.OK, 'good', {}, time_msg(5))
+    DiagnosticsPublisher(node).publish(status)
+    node.get_namespace = lambda: '/'
+    status = diagnostics_msg('camera', DiagnosticStatus.OK, 'good', {}, time_msg(5))
+    DiagnosticsPublisher(node).publish(status)
+    assert sent == ['left/cell/camera', 'camera']
+
+
 NODE = """
-import sys
+import os, signal, sys
 from rclpy.node import Node
 from std_msgs.msg import Empty
 from likeme_core.ros.spin import run_node
@@ -131,6 +148,13 @@ class Busy(Node):
         print('stopped', flush=True)
 
 
+class AtTheEnd:
+    # Collected when the interpreter has put its signal handlers away: a second Ctrl-C then.
+    def __del__(self, kill=os.kill, pid=os.getpid(), number=int(signal.SIGINT)):
+        kill(pid, number)
+
+
+at_the_end = AtTheEnd()
 sys.exit(run_node('busy', Busy))
 """
 
@@ -145,7 +169,7 @@ def run(body: str = 'pass') -> subprocess.Popen[str]:
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_a_publishing_node_without_output(
+def test_a_signal_and_a_second_one_end_a_publishing_node_without_output(
     number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with domain_id() as domain:

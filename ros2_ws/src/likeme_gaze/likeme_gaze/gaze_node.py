@@ -6,7 +6,7 @@ import sys
 import time
 from collections import Counter
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
@@ -16,7 +16,7 @@ from visualization_msgs.msg import MarkerArray
 
 from likeme_core.heartbeats import NodeState, described
 from likeme_core.ros import parameters
-from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.spin import run_node
@@ -76,7 +76,7 @@ class GazeNode(Node):
         self._goal_pub = self.create_publisher(PoseWithCovarianceStamped, 'mentor/goal', LATCHED)
         self._command_pub = self.create_publisher(JointTrajectory, 'head_command', 1)
         self._marker_pub = self.create_publisher(MarkerArray, 'gaze_markers', LATCHED)
-        self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics_pub = DiagnosticsPublisher(self)
         self.create_subscription(PoseStamped, 'mentor/head_pose/start', self._on_start, 10)
         self.create_subscription(PoseStamped, 'mentor/head_pose', self._on_head_pose, 10)
         self.create_subscription(

@@ -19,6 +19,7 @@ from rich.markup import escape
 from likeme_core.cli import Domain, Network, set_discovery, user_name
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.world import WorldNames, WorldSubscriber
+from likeme_core.typer_app import App
 from likeme_inference.console_replies import WORDS, menu, read_reply
 from likeme_inference.keyboard import DISCARDED, Keyboard
 from likeme_inference.tabletop.values import Reply
@@ -32,7 +33,7 @@ SPIN_PERIOD = 0.1
 #: s to wait for the topic world.
 WORLD_TIMEOUT = 2.0
 
-app = typer.Typer(
+app = App(
     help='Answer requests of the robot. Without a command: wait for them and read answers from '
     'the keyboard.',
     add_completion=False,

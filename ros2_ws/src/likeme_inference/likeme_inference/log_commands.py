@@ -14,11 +14,12 @@ import typer
 
 from likeme_core.cli import Domain
 from likeme_core.state_folder import state_folder
+from likeme_core.typer_app import App
 from likeme_inference.experience.decision_log import LOG_FILE, DecisionLog, LogEntry
 from likeme_inference.experience.store_error import StoreError
 from likeme_inference.log_story import DecisionStory, line, sentence
 
-app = typer.Typer(
+app = App(
     help='The decision log: what was seen, decided, asked, answered and done.',
     add_completion=False,
     pretty_exceptions_enable=False,

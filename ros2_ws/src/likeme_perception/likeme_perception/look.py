@@ -12,6 +12,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from likeme_core.typer_app import App
 from likeme_core.world import World, load_world
 from likeme_perception.catalogue import Catalogue, catalogue_entry, object_yaml, world_catalogue
 from likeme_perception.config import SIDES, PerceptionConfig, load_config, world_config
@@ -168,7 +169,7 @@ def _settings(config: Path | None, world: World | None) -> PerceptionConfig | No
     return load_config(config, None if world is None else world_config(world))
 
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = App(add_completion=False, rich_markup_mode=None)
 
 
 @app.command()

@@ -6,7 +6,6 @@ import sys
 import time
 
 import cv2
-from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -16,6 +15,7 @@ from visualization_msgs.msg import MarkerArray
 
 from likeme_core.heartbeats import NodeState, described
 from likeme_core.ros import parameters
+from likeme_core.ros.diagnostics import DiagnosticsPublisher
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.managed_node import ManagedNode
 from likeme_core.ros.qos import CAMERA
@@ -92,7 +92,7 @@ class PerceptionNode(ManagedNode):
         self._done_pub = self.create_publisher(FrameDone, 'frame_done', 100)
         self._marker_pub = self.create_publisher(MarkerArray, 'table_markers', 1)
         self._overlay_pub = self.create_publisher(Image, 'table_overlay', 1)
-        self._diagnostics_pub = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics_pub = DiagnosticsPublisher(self)
 
         colour, depth = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
         self.create_subscription(Image, colour, lambda m: self._on_image(0, m), CAMERA)

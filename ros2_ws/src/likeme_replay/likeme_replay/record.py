@@ -14,6 +14,7 @@ from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.durable import DurableWriter
 from likeme_bags.errors import BagError
 from likeme_core.cli import Domain
+from likeme_core.typer_app import App
 from likeme_replay.recorded_inputs import FRAME_DONE, HEARD
 from likeme_replay.recording_writer import Recording, summary
 
@@ -109,7 +110,7 @@ def _report(
     return 1 if problems else 0
 
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = App(add_completion=False, rich_markup_mode=None)
 app.command()(record)
 
 

@@ -12,6 +12,7 @@ import typer
 
 from likeme_bags.errors import BagError
 from likeme_core.cli import Domain
+from likeme_core.typer_app import App
 from likeme_core.yaml_files import read_yaml
 from likeme_replay.offline_replay import replay_offline
 from likeme_replay.replay_options import ReplayOptions
@@ -121,7 +122,7 @@ def _error_messages(failed: int = 2) -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = App(add_completion=False, rich_markup_mode=None)
 app.command()(replay)
 
 

@@ -20,6 +20,7 @@ from std_msgs.msg import String
 from likeme_core.cli import Domain, Network, set_discovery, user_name
 from likeme_core.ros.qos import LATCHED
 from likeme_core.terminal import single_keys
+from likeme_core.typer_app import App
 from likeme_msgs.msg import HoldState
 
 #: s in which the keeper has to confirm a stop.
@@ -159,7 +160,7 @@ def keys() -> Iterator[bytes]:
 
 def main() -> None:
     """Entry point of `stop`."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app = App(add_completion=False, rich_markup_mode=None)
     app.command()(stop)
     app(prog_name='stop')
 

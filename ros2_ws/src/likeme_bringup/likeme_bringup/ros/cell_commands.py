@@ -24,6 +24,7 @@ from likeme_bringup.ros.status_command import status_command
 from likeme_core.cli import Domain, Network
 from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_core.tabletop import Manner
+from likeme_core.typer_app import App
 from likeme_msgs.msg import ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction, ResetCell
 
@@ -141,7 +142,7 @@ def report(result: CallResult) -> NoReturn:
 
 def application(*commands: tuple[str, Callable[..., None]]) -> typer.Typer:
     """A command line of one command, or of several by name."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
+    app = App(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
     for name, command in commands:
         app.command(name, no_args_is_help=len(commands) == 1)(command)
     return app

@@ -8,6 +8,21 @@ from importlib.metadata import PackageNotFoundError, version
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+
+class DiagnosticsPublisher:
+    """Publishes /diagnostics, which all cells share: names begin with the node's namespace."""
+
+    def __init__(self, node: Node) -> None:
+        self._prefix = f'{node.get_namespace().strip("/")}/'.removeprefix('/')
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+
+    def publish(self, array: DiagnosticArray) -> None:
+        """Publish an array, its names changed."""
+        for status in array.status:
+            status.name = self._prefix + status.name
+        self._publisher.publish(array)
 
 
 def diagnostics_msg(

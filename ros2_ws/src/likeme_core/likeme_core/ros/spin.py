@@ -53,6 +53,7 @@ def run_node(
         node = create()
     except errors as error:
         rclpy.try_shutdown()
+        _ignore_signals()
         print(f'{name} does not start: {error}', file=sys.stderr)  # noqa: T201
         return os.EX_CONFIG
     executor = SingleThreadedExecutor()
@@ -70,7 +71,14 @@ def run_node(
         executor.shutdown()
         node.destroy_node()
         rclpy.try_shutdown()
+        _ignore_signals()
     return 0
+
+
+def _ignore_signals() -> None:
+    """Keep a second Ctrl-C from killing the interpreter while it ends, when handlers are gone."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _check_clock(node: Node) -> None:

@@ -13,6 +13,7 @@ from rich.progress import Progress, TaskID
 
 from likeme_arm_sim.fitted_parameters import fitted_values
 from likeme_core.paper_world import WORLD
+from likeme_core.typer_app import App
 from likeme_experiments.physics_fit.deviance import deviance
 from likeme_experiments.physics_fit.evaluate import evaluate_rows, table_text
 from likeme_experiments.physics_fit.level_trials import try_levels
@@ -33,7 +34,7 @@ TRIALS = 8
 # Steps after which the parameters are evaluated on all fitted rows, with other seeds.
 MARKS, MARK_TRIALS, MARK_SEED = (1, len(WIDE) - 1, len(STEPS) - 1), 12, 2**30
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = App(add_completion=False, rich_markup_mode=None)
 
 
 @app.command()

@@ -16,6 +16,7 @@ import typer
 from likeme_core.cli import Domain
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.processes import running
+from likeme_core.typer_app import App
 from likeme_experiments.evaluation.mentor_trials import (
     HEADER,
     draw_trials,
@@ -145,7 +146,7 @@ def _not_monitored() -> None:
 
 def run() -> None:
     """Console entry point."""
-    app = typer.Typer(add_completion=False, rich_markup_mode=None)
+    app = App(add_completion=False, rich_markup_mode=None)
     app.command()(main)
     app(prog_name='gaze')
 

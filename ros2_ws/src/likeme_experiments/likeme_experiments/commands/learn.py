@@ -16,6 +16,7 @@ from rich.console import Console
 
 from likeme_core.cli import WORLD_DEFAULT, Domain, WorldOption
 from likeme_core.instance_lock import AlreadyRunningError, claim
+from likeme_core.typer_app import App
 from likeme_core.world import World
 from likeme_experiments.commands.learn_store import (
     DONE,
@@ -34,7 +35,7 @@ from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.store_error import StoreError
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = App(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 app.command('summary')(summary_command)
 app.command('export')(export_command)
 app.command('import')(import_command)

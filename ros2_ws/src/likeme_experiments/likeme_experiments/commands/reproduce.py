@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from likeme_core.cli import WORLD_DEFAULT, WorldOption
+from likeme_core.typer_app import App
 from likeme_experiments.reproductions.registry import REPRODUCTIONS
 from likeme_experiments.reproductions.report import (
     ReproductionOptions,
@@ -20,7 +21,7 @@ from likeme_experiments.reproductions.report import (
 
 INTERRUPTED = 130
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = App(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
 @app.command()

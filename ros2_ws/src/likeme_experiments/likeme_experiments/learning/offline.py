@@ -102,10 +102,17 @@ def dask_pool(address: str, timeout: float = CLUSTER_TIMEOUT) -> Iterator[Worker
     """The workers of a Dask cluster, which must have this software in their environment.
 
     Raises:
-        NoClusterError: no scheduler answers at the address, or it has no worker.
+        NoClusterError: no scheduler answers at the address, or it has no worker; or distributed is
+            not installed.
     """
-    # Takes a second to import, and only a cluster needs it.
-    from distributed import Client
+    # Takes a second to import, and only a cluster needs it; rosdep does not know it.
+    try:
+        from distributed import Client
+    except ModuleNotFoundError:
+        raise NoClusterError(
+            'Expected the Python package distributed for --scheduler: '
+            'install it from pip (python3 -m pip install distributed).'
+        ) from None
 
     client: Any
     try:

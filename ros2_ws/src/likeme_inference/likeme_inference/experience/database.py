@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, create_engine, event, insert, inspect, select
-from sqlalchemy.engine import make_url
+from sqlalchemy import create_engine, event, insert, inspect, select
+from sqlalchemy.engine import URL, Connection, Engine, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, SQLAlchemyError
 
 from likeme_inference.experience.schema import SCHEMA_VERSION, about, metadata
@@ -67,7 +67,8 @@ def open_engine(url: URL, create: bool, patience: float) -> Engine:
     """
     _check_file(url, create)
     try:
-        engine = create_engine(url, **_engine_options(url, patience))
+        # The interface of SQLAlchemy 2, which 1.4 has by this name.
+        engine = create_engine(url, future=True, **_engine_options(url, patience))
     except (NoSuchModuleError, ModuleNotFoundError, ArgumentError) as error:
         raise StoreError(f'{shown(url)}: no driver for this database: {error}.') from None
     if url.get_backend_name() == 'sqlite':

@@ -13,8 +13,10 @@ import time
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Row, Select, func, insert, inspect, select
+from sqlalchemy import func, insert, inspect, select
+from sqlalchemy.engine import Connection, Row
 from sqlalchemy.exc import IntegrityError
+from sqlalchemy.sql import Select
 
 from likeme_inference.experience.database import (
     FOR_WRITING,

@@ -18,11 +18,11 @@ from sqlalchemy import (
     Index,
     Integer,
     MetaData,
-    Row,
     SmallInteger,
     String,
     Table,
 )
+from sqlalchemy.engine import Row
 
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.world import World

@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from sqlalchemy import URL
+from sqlalchemy.engine import URL
 
 #: What SQLite keeps beside a database: changes that are not in it yet, or not for good.
 JOURNALS = ('-wal', '-journal')

@@ -8,10 +8,10 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 
-from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg
 from likeme_core.ros.time import steady_clock
 
 #: s between two log messages about dropped messages.
@@ -39,7 +39,7 @@ class SessionDiagnostics:
         self._node, self._problems, self._facts = node, problems, facts
         self._camera_heard = time.monotonic()
         self._dropped_at = -math.inf
-        self._diagnostics_pub = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics_pub = DiagnosticsPublisher(node)
         node.create_timer(1.0, self._publish, clock=steady_clock())
 
     @property

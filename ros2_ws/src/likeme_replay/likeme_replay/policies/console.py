@@ -11,6 +11,7 @@ import typer
 from likeme_bags.errors import BagError
 from likeme_bags.reading import open_bag
 from likeme_core.cli import Domain
+from likeme_core.typer_app import App
 from likeme_replay.policies.bag_check import check_bag
 from likeme_replay.policies.catalogue import POLICIES, table
 from likeme_replay.replay_report import print_message
@@ -18,7 +19,7 @@ from likeme_replay.replay_report import print_message
 #: Violations that are printed for one bag.
 SHOWN = 20
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
+app = App(add_completion=False, rich_markup_mode=None, no_args_is_help=True)
 
 
 @app.command()

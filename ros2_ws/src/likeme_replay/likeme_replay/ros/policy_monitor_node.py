@@ -8,11 +8,11 @@ from heapq import heappop, heappush
 from itertools import count
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from likeme_core.ros.diagnostics import diagnostics_msg
+from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock, time_msg
 from likeme_core.stamps import SECOND
@@ -56,7 +56,7 @@ class PolicyMonitorNode(Node):
             self._subscribe(topic, message_class(kind))
         self._asking = self.create_client(AskHuman, 'ask_human')
         self._asked: Any = None
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        self._diagnostics = DiagnosticsPublisher(self)
         for period, callback in (
             (CHECK_PERIOD, self._check), (POLL_PERIOD, self._poll), (1.0, self._diagnose)
         ):  # fmt: skip
