@@ -14,11 +14,12 @@ from click import testing
 
 from likeme_core.shared_memory import remove_orphans
 
-# Click before 8.2 (Ubuntu 24.04) writes stderr into stdout unless it is told not to, and then does
-# not flush it.
+# Click before 8.2 (Ubuntu 24.04) writes stderr into stdout unless it is told not to; then it does
+# not flush it, and leaves it out of `output`.
 if 'mix_stderr' in inspect.signature(testing.CliRunner).parameters:
     testing.CliRunner.__init__ = partialmethod(testing.CliRunner.__init__, mix_stderr=False)
     testing._NamedTextIOWrapper = partial(testing._NamedTextIOWrapper, write_through=True)
+    testing.Result.output = property(lambda result: result.stdout + result.stderr)
 
 
 @pytest.fixture(scope='session', autouse=True)

@@ -7,9 +7,14 @@ NOBLE_REQUIREMENTS=requirements-noble.txt
 NOBLE_ABSENT='pyarrow|distributed|dask|pytest-cov|pytest-repeat|pytest-rerunfailures'
 
 choose_noble_python() {
-  PYTHON=managed
+  PYTHON=${LIKEME_PYTHON:-managed}
   local candidate PATH=${PATH//"$LIKEME_VENV/bin:"/}
-  for candidate in ${LIKEME_PYTHON:+"$LIKEME_PYTHON"} python3.12 /usr/bin/python3.12 "$HOME"/.pyenv/versions/3.12.*/bin/python; do
+  if [[ $PYTHON != managed ]]; then
+    runs "$PYTHON" 3.12 || fail "LIKEME_PYTHON=$PYTHON is not a Python 3.12 that starts."
+    PYTHON=$(path_of "$PYTHON")
+    return
+  fi
+  for candidate in python3.12 /usr/bin/python3.12 "$HOME"/.pyenv/versions/3.12.*/bin/python; do
     if runs "$candidate" 3.12; then
       PYTHON=$(path_of "$candidate")
       return

@@ -78,7 +78,7 @@ free_mib() { df -Pm . | awk 'NR == 2 {print $4}'; }
 env_key() {
   { cat requirements.lock scripts/patch_wheels.py
     echo $RECIPE "$LIKEME_ROOT"
-    [[ -z $NOBLE ]] || cat "$NOBLE_REQUIREMENTS" scripts/noble.bash
+    [[ -z $NOBLE ]] || cat "$NOBLE_REQUIREMENTS"
     [[ -z $DISTRIBUTION ]] || echo "$LIKEME_ROS_PREFIX"
   } | sha256sum
 }

@@ -10,7 +10,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-DISTRIBUTION = Path(os.environ.get('LIKEME_ROS_PREFIX', '/opt/ros/jazzy'), 'setup.bash')
+#: These tests make the usual environment, also where they run in the one of test.sh --noble.
+NOBLE = os.environ.get('LIKEME_ENV') == 'noble'
+DISTRIBUTION = Path(
+    '/opt/ros/jazzy' if NOBLE else os.environ.get('LIKEME_ROS_PREFIX', '/opt/ros/jazzy'),
+    'setup.bash',
+)
 
 
 def plain_environment() -> dict[str, str]:
@@ -21,11 +26,12 @@ def plain_environment() -> dict[str, str]:
         'LANG',
         'TMPDIR',
         'SSL_CERT_FILE',
-        'LIKEME_ROS_PREFIX',
         'LIKEME_PYTHON',
+        *(() if NOBLE else ('LIKEME_ROS_PREFIX',)),
     )
     prefixes = ('PIP_', 'UV_', 'PYENV_')
     kept = {n: v for n, v in os.environ.items() if n in names or n.startswith(prefixes)}
+    # And .venv-noble.
     ours = str(ROOT / '.venv')
     kept['PATH'] = os.pathsep.join(
         p for p in kept['PATH'].split(os.pathsep) if not p.startswith(ours)
@@ -125,11 +131,14 @@ def test_compiled_modules_are_kept_in_the_environment() -> None:
         '-c',
         'import sys; print(sys.dont_write_bytecode, sys.pycache_prefix)',
     )
-    asked = run(*command, cwd=ROOT, PYTHONDONTWRITEBYTECODE='1', PYTHONPYCACHEPREFIX='/no/such')
-    assert asked.stdout == f'False {ROOT / ".venv" / "pycache"}\n'
+    environment = {'PYTHONDONTWRITEBYTECODE': '1', 'PYTHONPYCACHEPREFIX': '/no/such'}
+    folder = '.venv-noble' if NOBLE else '.venv'
+    asked = run(*command, cwd=ROOT, **environment, LIKEME_ENV='noble' if NOBLE else '')
+    assert asked.stdout == f'False {ROOT / folder / "pycache"}\n'
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(NOBLE, reason='of the usual environment')
 @pytest.mark.timeout(900)
 def test_fresh_clone_sets_up_once(clone: Path) -> None:
     answer = run('scripts/setup.sh', cwd=clone, bound=800)

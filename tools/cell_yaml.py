@@ -23,8 +23,8 @@ from likeme_bringup.start_cell import MODULES
 HEADER = """\
 # Every parameter of every node, with its default and its range. A copy to start from: keep what
 # you change and start with `scripts/start_cell.sh --params FILE` or the launch file's
-# `params:=FILE`. What is commented out comes from the world file unless it is set; the values are
-# those of chung2015. Written by tools/cell_yaml.py; a test keeps it true."""
+# `params_file:=FILE`. What is commented out comes from the world file unless it is set; the values
+# are those of chung2015. Written by tools/cell_yaml.py; a test keeps it true."""
 # Not a part of the cell, and started by itself.
 GAZE = 'likeme_gaze.gaze_node'
 

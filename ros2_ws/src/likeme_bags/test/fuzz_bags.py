@@ -7,8 +7,6 @@ where checksums cover the messages, every message passed on is one of those writ
 fewer passed on than written without `Bag.complete` being False.
 """
 
-from __future__ import annotations
-
 import resource
 import shutil
 import time
@@ -16,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, NamedTuple
+from typing import Annotated, NamedTuple, Optional
 
 import numpy as np
 import typer
@@ -170,7 +168,8 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 def main(
     runs: Annotated[int, typer.Option(min=1, help='How many bags to damage.')] = 1000,
     seed: Annotated[int, typer.Option(min=0, help='Of all chance in it.')] = 0,
-    only: Annotated[int | None, typer.Option(min=0, help='This run alone.')] = None,
+    # Typer 0.9, see bag_console.
+    only: Annotated[Optional[int], typer.Option(min=0, help='This run alone.')] = None,  # noqa: UP045
 ) -> None:
     """Damage bags at random; exit code 1 when reading one of them breaks a promise."""
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))

@@ -54,7 +54,7 @@ def in_namespace(path: Path, namespace: str) -> str:
     way than PyYAML (1e-5).
     """
     root = yaml.compose(path.read_text(encoding='utf-8'))
-    assert isinstance(root, yaml.MappingNode), 'A valid parameter file is a mapping.'
+    assert isinstance(root, yaml.MappingNode), 'validated() lets nothing else pass.'
     for key, _ in root.value:
         key.value = full_name(key.value, namespace)
     return str(yaml.serialize(root))

@@ -41,6 +41,7 @@ def message(pose: HeadPose) -> PoseStamped:
     msg = PoseStamped()
     msg.header.stamp, msg.header.frame_id = time_msg(pose.stamp), pose.frame
     place, turn = msg.pose.position, msg.pose.orientation
-    place.x, place.y, place.z = pose.position
-    turn.x, turn.y, turn.z, turn.w = pose.orientation
+    # rclpy reads an int as if its memory held a double.
+    place.x, place.y, place.z = map(float, pose.position)
+    turn.x, turn.y, turn.z, turn.w = map(float, pose.orientation)
     return msg

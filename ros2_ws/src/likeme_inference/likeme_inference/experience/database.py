@@ -12,6 +12,7 @@ from typing import Any
 from sqlalchemy import create_engine, event, insert, inspect, select
 from sqlalchemy.engine import URL, Connection, Engine, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, SQLAlchemyError
+from sqlalchemy.pool import QueuePool
 
 from likeme_inference.experience.schema import SCHEMA_VERSION, about, metadata
 from likeme_inference.experience.sqlite_file import (
@@ -140,9 +141,13 @@ def _engine_options(url: URL, patience: float) -> dict[str, Any]:
     if url.get_backend_name() != 'sqlite':
         return {}
     path = file_of(url)
-    if path is None or readable_in_place(path):
+    if path is None:
         return {'connect_args': {'timeout': patience}}
-    return {'creator': lambda: copy_in_memory(path)}
+    # Connections are kept, and serve all threads: SQLAlchemy 2 does so unasked, 1.4 does not.
+    if readable_in_place(path):
+        wanted = {'timeout': patience, 'check_same_thread': False}
+        return {'connect_args': wanted, 'poolclass': QueuePool}
+    return {'creator': lambda: copy_in_memory(path), 'poolclass': QueuePool}
 
 
 def _speak_sqlite(engine: Engine) -> None:
