@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet
@@ -28,8 +28,20 @@ LINE_ACCELERATION = 1.2
 JOINT_ACCELERATION = 6.0
 
 
+class ArmLink(NamedTuple):
+    """A link of the URDF, the link that carries it, and whether no joint moves it."""
+
+    name: str
+    parent: str
+    fixed: bool
+
+
 class Arm:
-    """A Panda in the world's client. Every motion calls `tick` once per physics step."""
+    """A Panda in the world's client. Every motion calls `tick` once per physics step.
+
+    Attributes:
+        links: all but the base, in bullet's order.
+    """
 
     def __init__(
         self,
@@ -44,10 +56,8 @@ class Arm:
         # Jump over motion through free space, which touches nothing: for fast trials.
         self.skip_free_space = False
         self.body = load_panda(client)
-        self._links = {
-            client.getJointInfo(self.body, joint)[12].decode(): joint
-            for joint in range(client.getNumJoints(self.body))
-        }
+        self.links = _links(client, self.body)
+        self._link_indices = list(range(len(self.links)))
         self._forces = kinematics.max_force.tolist()
         self._gripper = Gripper(client, self.body, gripper or GripperPhysics())
         self.reset()
@@ -82,11 +92,12 @@ class Arm:
 
     def link_poses(self) -> dict[str, Pose]:
         """Poses of the links' URDF frames by link name."""
-        indices = list(self._links.values())
-        states = self._client.getLinkStates(self.body, indices, computeForwardKinematics=True)
+        states = self._client.getLinkStates(
+            self.body, self._link_indices, computeForwardKinematics=True
+        )
         poses = {BASE_LINK: Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
-        for name, state in zip(self._links, states, strict=True):
-            poses[name] = Pose(np.array(state[4]), np.array(state[5]))
+        for link, state in zip(self.links, states, strict=True):
+            poses[link.name] = Pose(np.array(state[4]), np.array(state[5]))
         return poses
 
     @property
@@ -224,3 +235,14 @@ class Arm:
             positionGains=GAINS,
             physicsClientId=self._client._client,
         )
+
+
+def _links(client: Any, body: int) -> tuple[ArmLink, ...]:
+    infos = [client.getJointInfo(body, joint) for joint in range(client.getNumJoints(body))]
+    names = [info[12].decode() for info in infos]
+    return tuple(
+        ArmLink(
+            name, BASE_LINK if info[16] < 0 else names[info[16]], info[2] == client.JOINT_FIXED
+        )
+        for name, info in zip(names, infos, strict=True)
+    )

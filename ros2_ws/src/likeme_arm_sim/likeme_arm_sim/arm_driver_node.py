@@ -22,6 +22,7 @@ from likeme_arm_sim.node_settings import (
     check_real_time_factor,
     simulation_settings,
 )
+from likeme_arm_sim.ros.arm_model import ArmModel
 from likeme_arm_sim.ros.arm_topics import ArmTopics
 from likeme_arm_sim.ros.camera_publisher import CameraPublisher
 from likeme_arm_sim.ros.motion_service import SERVICES, MotionService
@@ -52,9 +53,10 @@ class ArmDriverNode(Node):
     """One simulated cell behind ROS interfaces; `simulate` says which of its parts.
 
     Publishes:
-        arm: joint_states (JointState).
-        camera: camera/rgb/image_rect_color (Image, rgb8), camera/rgb/camera_info (CameraInfo) and
-        camera/depth_registered/image_rect (Image, 16UC1 mm), one stamp each frame.
+        arm: joint_states (JointState), tf (TFMessage) of the moving links with the same stamp,
+        tf_static (TFMessage, latched), robot_description (String, latched).
+        camera: camera/rgb/image_rect_color (Image, rgb8), camera/depth_registered/image_rect
+        (Image, 16UC1 mm), and camera_info (CameraInfo) beside each, one stamp each frame.
         All parts together: /clock (Clock). Always: /diagnostics (DiagnosticArray, 1 Hz),
         heartbeat (Heartbeat), motion (Motion, reliable, transient local, depth 100): each request
         when it begins and when it has ended.
@@ -131,6 +133,7 @@ class ArmDriverNode(Node):
         )
         self._camera = CameraPublisher(self, self._cell) if camera else None
         self._arm = ArmTopics(self, self._driver) if arm else None
+        self._arm_model = ArmModel(self, self._cell.arm) if arm else None
         self._motion_pub = self.create_publisher(Motion, 'motion', kept(MOTIONS_KEPT))
         self._motions = [
             MotionService(self, self._driver, actor, self._journal) for actor in actors
@@ -163,6 +166,8 @@ class ArmDriverNode(Node):
             stamp = time_msg(self._driver.now)
             if self._arm is not None:
                 self._arm.publish(stamp)
+            if self._arm_model is not None:
+                self._arm_model.publish(stamp)
             if self._camera is not None:
                 self._camera.publish(stamp)
 

@@ -47,6 +47,7 @@ class Client:
         self._keep(Image, 'camera/rgb/image_rect_color')
         self._keep(Image, 'camera/depth_registered/image_rect')
         self._keep(CameraInfo, 'camera/rgb/camera_info')
+        self._keep(CameraInfo, 'camera/depth_registered/camera_info')
         self.table = self.node.create_publisher(TableState, 'table_state', 1)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
@@ -153,7 +154,8 @@ def test_frames_of_one_moment_share_a_stamp(client: Client) -> None:
     client.wait_for(lambda: all(len(client.kept[topic]) > 4 for topic in topics))
     stamps = [{stamp_ns(m.header.stamp) for m in client.kept[topic]} for topic in topics]
     assert len(set.intersection(*stamps)) >= 3
-    rgb, depth, info = (client.kept[topic][-1] for topic in topics)
+    rgb, depth, info, depth_info = (client.kept[topic][-1] for topic in topics)
+    assert depth_info.k.tolist() == info.k.tolist()
     assert (rgb.encoding, depth.encoding) == ('rgb8', '16UC1')
     assert (rgb.width, rgb.height, info.width, info.height) == (640, 480, 640, 480)
     assert rgb.header.frame_id == depth.header.frame_id == 'camera_rgb_optical_frame'
