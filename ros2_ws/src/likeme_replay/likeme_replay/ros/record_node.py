@@ -113,7 +113,7 @@ class RecordNode(Node):
             return
         qos = tuple(_as_recorded(offer.qos_profile) for offer in offers)
         self._recording.add_topic(RecordedTopic(topic, types[0], definition, qos))
-        profile = _compatible_profile([offer.qos_profile for offer in offers])
+        profile = compatible_profile([offer.qos_profile for offer in offers])
         receive = partial(self._receive, topic)
         # rclpy inspects the signature: with two parameters it passes the reception time.
         self._create(kind, topic, lambda data, info: receive(data, info), profile)
@@ -184,7 +184,7 @@ def record_topics(
     return gaps._replace(lost=gaps.lost + recording.lost)
 
 
-def _compatible_profile(offers: list[QoSProfile]) -> QoSProfile:
+def compatible_profile(offers: list[QoSProfile]) -> QoSProfile:
     """The strictest QoS that all publishers offer: DDS connects no publisher that offers less."""
     reliable = all(q.reliability == ReliabilityPolicy.RELIABLE for q in offers)
     latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
