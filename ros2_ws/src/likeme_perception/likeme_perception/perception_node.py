@@ -191,7 +191,9 @@ class PerceptionNode(ManagedNode):
         if table.learned:
             self._publish(table, frame, depth)
         self._done_pub.publish(messages.frame_read(table, depth.header))
-        latency = (self.get_clock().now().nanoseconds - frame.stamp) * 1e-9
+        now = self.get_clock().now().nanoseconds
+        # Before the first /clock, simulated time is 0.
+        latency = (now - frame.stamp) * 1e-9 if now else None
         self.counts.read(time.perf_counter() - begin, latency)
         self._health.read(time.monotonic())
 

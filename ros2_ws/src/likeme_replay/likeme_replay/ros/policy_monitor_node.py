@@ -14,7 +14,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg
 from likeme_core.ros.spin import run_node
-from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.ros.time import steady_clock
 from likeme_core.stamps import SECOND
 from likeme_msgs.srv import AskHuman
 from likeme_replay.policies.monitor import PolicyMonitor
@@ -111,7 +111,7 @@ class PolicyMonitorNode(Node):
             message += f' The last: {last.policy}: {last.sentence}'
         level = DiagnosticStatus.ERROR if broken else DiagnosticStatus.OK
         values = {'messages': self._monitor.messages, **counts}
-        stamp = time_msg(time.time_ns())
+        stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(diagnostics_msg('policy_monitor', level, message, values, stamp))
 
 
