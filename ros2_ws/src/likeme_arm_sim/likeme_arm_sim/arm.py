@@ -41,6 +41,7 @@ class Arm:
 
     Attributes:
         links: all but the base, in bullet's order.
+        phase: what the arm does or did last, in a word or two.
     """
 
     def __init__(
@@ -52,7 +53,7 @@ class Arm:
         gripper: GripperPhysics | None = None,
     ) -> None:
         self._client, self._kinematics, self._tick = client, kinematics, tick
-        self.speed = speed
+        self.speed, self.phase = speed, 'rest'
         # Jump over motion through free space, which touches nothing: for fast trials.
         self.skip_free_space = False
         self.body = load_panda(client)
@@ -111,10 +112,12 @@ class Arm:
 
     def move_home(self) -> None:
         """Move to the home pose, where the arm does not occlude the table."""
+        self.phase = 'return home'
         self._move_joints(HOME)
 
     def reach(self, pose: ToolPose) -> None:
         """Move the joints the shortest way to a pose; raises NoSolutionError before moving."""
+        self.phase = 'reach'
         self._move_joints(self._kinematics.nearest(pose, self._kinematics.guess(pose)))
 
     def move_to(
@@ -131,6 +134,7 @@ class Arm:
         Raises:
             NoSolutionError: the line leaves the arm's reach; the arm has gone as far as it can.
         """
+        self.phase = self._line_phase(pose)
         path = self._line(pose)
         if self.skip_free_space and free > 0.0 and path.failure is None:
             path = path.after(free)
@@ -146,12 +150,14 @@ class Arm:
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
         """Open the fingers to `width` m; with skip_free_space, do not wait if they are open."""
+        self.phase = 'open gripper'
         self._gripper.command(width)
         if not (self.skip_free_space and self._gripper.at_goal):
             self.wait(0.25)
 
     def close_gripper(self) -> float:
         """Close the fingers until they stop; returns the width between them, m."""
+        self.phase = 'close gripper'
         self._gripper.command(0.0)
         self.wait(0.5)
         return self._gripper.width
@@ -164,6 +170,12 @@ class Arm:
         """Do nothing for a time."""
         for _ in range(round(seconds / TIME_STEP)):
             self._tick()
+
+    def _line_phase(self, goal: ToolPose) -> str:
+        x, y, z = goal.position - self.tool.position
+        if abs(z) > np.hypot(x, y):
+            return 'lift' if z > 0 else 'lower'
+        return 'carry' if self.holding() else 'slide'
 
     def _move_joints(self, goal: Vector) -> None:
         if self.skip_free_space:

@@ -25,6 +25,7 @@ from likeme_arm_sim.node_settings import (
 from likeme_arm_sim.ros.arm_model import ArmModel
 from likeme_arm_sim.ros.arm_topics import ArmTopics
 from likeme_arm_sim.ros.camera_publisher import CameraPublisher
+from likeme_arm_sim.ros.motion_action import MotionAction
 from likeme_arm_sim.ros.motion_service import SERVICES, MotionService
 from likeme_arm_sim.ros.reset_service import ResetService
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
@@ -68,6 +69,7 @@ class ArmDriverNode(Node):
         arm: arm/execute_action (ExecuteAction), answered when the motion has ended;
         arm/motion_status (MotionStatus).
         person: human/execute_action, human/motion_status.
+        Both: the action ExecuteAction of the same name, with feedback and cancel.
         camera: cell/reset (ResetCell).
     Client:
         cell/hold (Trigger): of a keeper that missed a cell/stop
@@ -119,6 +121,8 @@ class ArmDriverNode(Node):
         """Stop the simulation's thread and destroy the node."""
         self.stop()
         self._journal.close()
+        for action in self._actions:
+            action.destroy()
         super().destroy_node()
 
     def _create_interfaces(self, parts: frozenset[SimulatedPart], publish_clock: bool) -> None:
@@ -138,6 +142,7 @@ class ArmDriverNode(Node):
         self._motions = [
             MotionService(self, self._driver, actor, self._journal) for actor in actors
         ]
+        self._actions = [MotionAction(self, self._driver, motion) for motion in self._motions]
         # Served with the part that it is about, so that a real one can serve it instead.
         self._reset = ResetService(self, self._driver) if camera else None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from copy import copy
 
 import cv2
 import numpy as np
@@ -20,7 +21,7 @@ from likeme_core.ros import parameters
 from likeme_core.ros.diagnostics import DiagnosticsPublisher
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.managed_node import ManagedNode
-from likeme_core.ros.qos import CAMERA
+from likeme_core.ros.qos import CAMERA, OVERRIDABLE
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
 from likeme_core.ros.transforms import StaticTransforms
@@ -76,6 +77,9 @@ class PerceptionNode(ManagedNode):
     | --- | --- | --- |
     | perception/reset | std_srvs/Trigger | forget camera, background and objects |
 
+    History, depth and reliability of the camera topics and of table_state:
+    qos_overrides./TOPIC.subscription.* and .publisher.*.
+
     A managed node, active from the start unless `autostart` is false. While it is not active it
     publishes world, heartbeat and /diagnostics only; it begins anew when it is activated.
 
@@ -103,17 +107,24 @@ class PerceptionNode(ManagedNode):
         self._publish_frames('', None)
         # Subscribers that act on it keep the newest one; recorders and monitors want each, and
         # what a writer has overwritten it cannot send again.
-        self._table_pub = self.create_publisher(TableState, 'table_state', 10)
+        self._table_pub = self.create_publisher(
+            TableState, 'table_state', 10, qos_overriding_options=OVERRIDABLE
+        )
         self._demonstration_pub = self.create_publisher(Demonstration, 'demonstration', 10)
         self._done_pub = self.create_publisher(FrameDone, 'frame_done', 100)
         self._marker_pub = self.create_publisher(MarkerArray, 'table_markers', 1)
         self._overlay_pub = self.create_publisher(Image, 'table_overlay', 1)
         self._diagnostics_pub = DiagnosticsPublisher(self)
 
-        colour, depth = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
-        self.create_subscription(Image, colour, lambda m: self._on_image(0, m), CAMERA)
-        self.create_subscription(Image, depth, lambda m: self._on_image(1, m), CAMERA)
-        self.create_subscription(CameraInfo, 'camera/rgb/camera_info', self._on_info, CAMERA)
+        for kind, topic, receive in (
+            (Image, 'camera/rgb/image_rect_color', lambda m: self._on_image(0, m)),
+            (Image, 'camera/depth_registered/image_rect', lambda m: self._on_image(1, m)),
+            (CameraInfo, 'camera/rgb/camera_info', self._on_info),
+        ):
+            # A copy: rclpy writes what is overridden into the profile.
+            self.create_subscription(
+                kind, topic, receive, copy(CAMERA), qos_overriding_options=OVERRIDABLE
+            )
         self.create_service(Trigger, 'perception/reset', self._on_reset)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
         self._heartbeat = HeartbeatPublisher(self, self._state)

@@ -22,6 +22,8 @@ from lifecycle_msgs.msg import Transition  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.qos import ReliabilityPolicy  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
@@ -176,6 +178,43 @@ def test_tf_static_has_table_regions_and_the_camera_as_perception_uses_it(
     np.testing.assert_allclose(pose, WORLD.camera.pose(), atol=0.01)
     left = heard[-1].transforms[1].transform.translation
     assert (left.y > 0, left.z) == (True, 0.0)
+
+
+def test_latency_is_of_the_simulated_clock_once_it_is_heard(rig: Rig, renderer) -> None:
+    clock = rig.probe.create_publisher(Clock, '/clock', 1)
+    rig.node.set_parameters([Parameter('use_sim_time', value=True)])
+    rig.info(renderer.frame())
+    rig.send(renderer.frame())
+    assert 'latency p50 (ms)' not in rig.node.counts.described()
+    frame = renderer.frame()
+    now = frame.stamp + 20_000_000
+    rig.until(lambda: clock.get_subscription_count() > 0, 'the subscription of /clock')
+    clock.publish(Clock(clock=time_msg(now)))
+    rig.until(lambda: rig.node.get_clock().now().nanoseconds == now, 'the time')
+    rig.send(frame)
+    assert rig.node.counts.described()['latency p50 (ms)'] == '20.0'
+    count = len(rig.diagnostics)
+    # The clock stands still, diagnostics go on.
+    rig.until(lambda: len(rig.diagnostics) >= count + 2, 'diagnostics')
+    assert stamp_ns(rig.diagnostics[-1].header.stamp) == now
+
+
+def test_qos_of_camera_topics_and_table_state_is_set_by_parameters() -> None:
+    camera, table = '/camera/rgb/image_rect_color', '/table_state'
+    with domain_id() as domain:
+        rclpy.init(domain_id=domain)
+        changes = {f'{camera}.subscription': 'reliable', f'{table}.publisher': 'best_effort'}
+        node = PerceptionNode(
+            [Parameter(f'qos_overrides.{k}.reliability', value=v) for k, v in changes.items()]
+        )
+        (image,) = node.get_subscriptions_info_by_topic(camera)
+        (depth,) = node.get_subscriptions_info_by_topic('/camera/depth_registered/image_rect')
+        (state,) = node.get_publishers_info_by_topic(table)
+        node.destroy_node()
+        rclpy.try_shutdown()
+    assert image.qos_profile.reliability is ReliabilityPolicy.RELIABLE
+    assert depth.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+    assert state.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
 
 
 def matrix(message: TransformStamped) -> np.ndarray:
