@@ -15,7 +15,7 @@ from domain_coordinator import domain_id
 
 from cell_yaml import node_class
 from likeme_bringup.start_cell import MODULES
-from likeme_replay.ros.player_node import message_class
+from likeme_core.ros.message_types import message_class
 
 CONFIG = Path(get_package_share_directory('likeme_bringup'), 'config')
 #: What a display of RViz needs under a key.

@@ -18,10 +18,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from likeme_bags.images import IMAGE
+from likeme_core.ros.message_types import message_class
 from likeme_core.ros.qos import CAMERA
 from likeme_core.ros.time import stamp_ns, steady_clock
 from likeme_replay.message_definitions import UnknownTypeError, definitions
-from likeme_replay.ros.player_node import message_class
 from likeme_replay.ros.record_node import compatible_profile
 
 #: s between two searches for new topics, and between two looks at what clients asked for.

@@ -28,13 +28,13 @@ from rosbags.interfaces import (
     QosTime,
 )
 
+from likeme_core.ros.message_types import message_class
 from likeme_core.ros.qos import LATCHED
 from likeme_core.world.values import label_of
 from likeme_msgs.msg import World
 from likeme_replay import recorded_parameters
 from likeme_replay.message_definitions import UnknownTypeError, definitions
 from likeme_replay.recording_writer import ReceivedMessage, RecordedTopic, Recording
-from likeme_replay.ros.player_node import message_class
 
 #: s between two searches for new topics and nodes.
 DISCOVERY_PERIOD = 0.2
