@@ -35,7 +35,7 @@ def offered(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     found: dict[str, str] = {}
     with pytest.MonkeyPatch.context() as patch, domain_id() as domain:
         patch.setenv('LIKEME_STATE', str(tmp_path_factory.mktemp('state')))
-        rclpy.init(args=['--ros-args', '--log-level', 'fatal'], domain_id=domain)
+        rclpy.init(domain_id=domain)
         try:
             for module in MODULES.values():
                 node = node_class(module)()

@@ -139,7 +139,7 @@ def plan(parts: Sequence[Part], options: StartOptions, namespace: str) -> str:
         PlannedNode(part.value, NODES[part], *executable(part), options.overrides(part))
         for part in parts
     ]
-    return launch_plan(nodes, options.parameter_files, namespace)
+    return launch_plan(nodes, options.parameter_files, namespace, options.simulated_clock)
 
 
 def parameter_file(path: Path) -> Path:

@@ -204,6 +204,8 @@ def test_the_launch_file_starts_the_same_nodes(launch: dict[str, Any]) -> None:
         executable(p) for p in Part
     ]
     assert all(node.kwargs['remappings'] == [] for node in nodes)
+    on_clock = {'/**': {'ros__parameters': {'use_sim_time': True}}}
+    assert all(parameters(node) == on_clock for node in nodes)
 
 
 def test_the_launch_files_arguments_reach_the_nodes(

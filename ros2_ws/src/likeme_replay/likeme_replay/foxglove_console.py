@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from likeme_core.cli import Domain
+from likeme_core.typer_app import App
 
 
 def bridge(
@@ -39,7 +40,7 @@ def bridge(
     raise typer.Exit(run_node('foxglove', create, [], (RuntimeError, OSError)))
 
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = App(add_completion=False, rich_markup_mode=None)
 app.command()(bridge)
 
 

@@ -14,6 +14,7 @@ import typer
 
 from likeme_bringup.doctor_checks import Finding, machine_findings
 from likeme_core.cli import Domain, Network, set_discovery
+from likeme_core.typer_app import App
 
 
 def doctor(
@@ -52,7 +53,7 @@ def _as_json(finding: Finding) -> dict[str, object]:
     return {'ok': not finding.cure, **finding._asdict()}
 
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None)
+app = App(add_completion=False, rich_markup_mode=None)
 app.command()(doctor)
 
 
