@@ -82,10 +82,18 @@ env_key() {
     [[ -z $DISTRIBUTION ]] || echo "$LIKEME_ROS_PREFIX"
   } | sha256sum
 }
+# Folders of packages that no prefix has; the wheels lack tf2_msgs.
+underlay() {
+  local prefix
+  while read -r -d: prefix; do
+    [[ ! -f $prefix/share/tf2_msgs/package.xml ]] || return 0
+  done <<<"$AMENT_PREFIX_PATH:"
+  echo underlay/tf2_msgs
+}
 # What the workspace depends on. Python, launch and YAML files are linked, not copied: only their
 # coming and going counts.
 ws_key() {
-  { find $SRC \( -name package.xml -o -name setup.py -o -name setup.cfg -o -name CMakeLists.txt \
+  { find $SRC $(underlay) \( -name package.xml -o -name setup.py -o -name setup.cfg -o -name CMakeLists.txt \
       -o -name '*.msg' -o -name '*.srv' -o -name '*.action' \) -type f -print0 | sort -z | xargs -0 sha256sum
     find $SRC \( -path '*/launch/*' -o -path '*/config/*' -o -path '*/resource/*' \) -type f | sort
   } | sha256sum
@@ -278,7 +286,7 @@ make_environment() {
 run_colcon() {
   # Without it colcon passes `make -l2`, which waits on a busy machine.
   MAKEFLAGS=${MAKEFLAGS:--j$(nproc)} \
-  colcon --log-base $WS/log build --base-paths $SRC --build-base $WS/build --install-base $WS/install \
+  colcon --log-base $WS/log build --base-paths $SRC $(underlay) --build-base $WS/build --install-base $WS/install \
     --symlink-install --event-handlers console_cohesion+ status- desktop_notification- \
     --cmake-args -DBUILD_TESTING=OFF
 }
@@ -295,7 +303,7 @@ repair_shebangs() {
 }
 make_workspace() {
   local count
-  count=$(find $SRC -name package.xml | wc -l)
+  count=$(find $SRC $(underlay) -name package.xml | wc -l)
   step "workspace ($count packages)" build_workspace || explain "colcon build failed"
   echo "$WS_KEY" >"$STATE/ws.new" && mv "$STATE/ws.new" "$STATE/ws"
 }

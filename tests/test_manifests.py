@@ -34,12 +34,14 @@ NAMES = {
     'trimesh': ('python3-trimesh-pip', 'trimesh'),
     'typer': ('python3-typer', 'typer'),
     'yaml': ('python3-yaml', 'pyyaml'),
-    # rosdep has no keys for these. The first three come with rosbags; each of the last two serves
-    # one option, which says what to install.
+    # rosdep has no keys for these. The first three come with rosbags; each of the others serves
+    # one option or one command, which says what to install.
     'apsw': (None, 'apsw'),
     'backports': (None, 'backports.zstd'),
     'lz4': (None, 'lz4'),
     'distributed': (None, 'distributed'),
+    'foxglove': (None, 'foxglove-sdk'),
+    'websockets': (None, 'websockets'),
     'pyarrow': (None, 'pyarrow'),
 }
 #: Helpers of tests that lie outside their package, and what they import.

@@ -96,6 +96,7 @@ def test_qos_and_definitions_are_those_of_the_publishers(tmp_path: Path) -> None
         (record,) = bag.records()
         (topic,) = bag.topics
     assert definitions().read(record.data, record.type).object == 'pear'
+    assert topic.name == '/decision'
     assert (topic.qos[0].durability.name, topic.qos[0].reliability.name) == (
         'TRANSIENT_LOCAL', 'RELIABLE'
     )  # fmt: skip

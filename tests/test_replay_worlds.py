@@ -11,8 +11,10 @@ import pytest
 from domain_coordinator import domain_id
 
 from bag_recipes import LEARNING, SEEN, Recipe, Show, Wait
+from likeme_bags.reading import open_bag
 from likeme_core.world import load_world
 from likeme_replay.decision_log import read_log
+from likeme_replay.recorded_inputs import CAMERA_TOPICS
 from make_bags import write_bag
 
 pytestmark = [pytest.mark.graph, pytest.mark.slow]
@@ -34,6 +36,8 @@ def test_one_demonstration_replays_to_one_log(
     recipe = Recipe('act', 1, {thing: world.state(start)}, deeds, action, name)
     # Raises if the offline replay leads to another log than the scene itself.
     offline = write_bag(tmp_path / 'act', recipe)
+    names = {topic.name for topic in open_bag(tmp_path / 'act').topics}
+    assert names == {f'/{name}' for name in CAMERA_TOPICS}
     act, belief, at_goal = read_log(offline)
     assert (act['object'], act['x_f'], act['manner']) == (thing, shown.target, shown.manner)
     assert belief['goal'] == at_goal['goal'] == shown.target

@@ -127,7 +127,7 @@ class _Recording(DurableWriter):
         if record.topic not in self._known:
             text, digest = definitions().of(record.type)
             self._known[record.topic] = self.add_connection(
-                record.topic, record.type, msgdef=text, rihs01=digest,
+                f'/{record.topic}', record.type, msgdef=text, rihs01=digest,
                 offered_qos_profiles=[OFFERED],
             )  # fmt: skip
         self.write(self._known[record.topic], record.stamp, record.data)

@@ -37,6 +37,7 @@ setup(
             'arm = likeme_bringup.ros.cell_commands:arm',
             'cell = likeme_bringup.ros.cell_commands:cell',
             'demo = likeme_bringup.demo:run',
+            'doctor = likeme_bringup.ros.doctor_command:main',
             'likeme = likeme_bringup.likeme_command:main',
             'param = likeme_bringup.ros.param_command:param',
             'show = likeme_bringup.ros.cell_commands:show',

@@ -24,7 +24,7 @@ setup(
     maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Recording and replaying the ROS graph; the decision log.',
     license='Apache-2.0',
-    extras_require={'test': ['pytest']},
+    extras_require={'foxglove': ['foxglove-sdk'], 'test': ['pytest']},
     entry_points={
         'console_scripts': [
             'record = likeme_replay.record:main',

@@ -21,7 +21,7 @@ from likeme_core.ros.other_servers import other_servers
 from likeme_core.ros.qos import LATCHED, kept
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.state_folder import state_folder_of
-from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.ros.time import steady_clock
 from likeme_msgs.msg import HoldState
 
 #: s between two messages of the state, also while nothing changes.
@@ -121,7 +121,7 @@ class HoldKeeperNode(Node):
             run=self._heartbeat.run, held=change.held, change=change.change, by=change.by,
             reason=change.reason,
         )  # fmt: skip
-        message.header.stamp = time_msg(time.time_ns())
+        message.header.stamp = self.get_clock().now().to_msg()
         return message
 
     def _describe(self) -> str:
@@ -144,7 +144,7 @@ class HoldKeeperNode(Node):
         state = self._latch.state
         level = DiagnosticStatus.WARN if state.held else DiagnosticStatus.OK
         values = {'held': state.held, 'change': state.change, 'by': state.by}
-        stamp = time_msg(time.time_ns())
+        stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(
             diagnostics_msg('hold_keeper', level, self._describe(), values, stamp)
         )

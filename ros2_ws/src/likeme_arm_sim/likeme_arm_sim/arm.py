@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pybullet
@@ -28,8 +28,21 @@ LINE_ACCELERATION = 1.2
 JOINT_ACCELERATION = 6.0
 
 
+class ArmLink(NamedTuple):
+    """A link of the URDF, the link that carries it, and whether no joint moves it."""
+
+    name: str
+    parent: str
+    fixed: bool
+
+
 class Arm:
-    """A Panda in the world's client. Every motion calls `tick` once per physics step."""
+    """A Panda in the world's client. Every motion calls `tick` once per physics step.
+
+    Attributes:
+        links: all but the base, in bullet's order.
+        phase: what the arm does or did last, in a word or two.
+    """
 
     def __init__(
         self,
@@ -40,14 +53,12 @@ class Arm:
         gripper: GripperPhysics | None = None,
     ) -> None:
         self._client, self._kinematics, self._tick = client, kinematics, tick
-        self.speed = speed
+        self.speed, self.phase = speed, 'rest'
         # Jump over motion through free space, which touches nothing: for fast trials.
         self.skip_free_space = False
         self.body = load_panda(client)
-        self._links = {
-            client.getJointInfo(self.body, joint)[12].decode(): joint
-            for joint in range(client.getNumJoints(self.body))
-        }
+        self.links = _links(client, self.body)
+        self._link_indices = list(range(len(self.links)))
         self._forces = kinematics.max_force.tolist()
         self._gripper = Gripper(client, self.body, gripper or GripperPhysics())
         self.reset()
@@ -82,11 +93,12 @@ class Arm:
 
     def link_poses(self) -> dict[str, Pose]:
         """Poses of the links' URDF frames by link name."""
-        indices = list(self._links.values())
-        states = self._client.getLinkStates(self.body, indices, computeForwardKinematics=True)
+        states = self._client.getLinkStates(
+            self.body, self._link_indices, computeForwardKinematics=True
+        )
         poses = {BASE_LINK: Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))}
-        for name, state in zip(self._links, states, strict=True):
-            poses[name] = Pose(np.array(state[4]), np.array(state[5]))
+        for link, state in zip(self.links, states, strict=True):
+            poses[link.name] = Pose(np.array(state[4]), np.array(state[5]))
         return poses
 
     @property
@@ -100,10 +112,12 @@ class Arm:
 
     def move_home(self) -> None:
         """Move to the home pose, where the arm does not occlude the table."""
+        self.phase = 'return home'
         self._move_joints(HOME)
 
     def reach(self, pose: ToolPose) -> None:
         """Move the joints the shortest way to a pose; raises NoSolutionError before moving."""
+        self.phase = 'reach'
         self._move_joints(self._kinematics.nearest(pose, self._kinematics.guess(pose)))
 
     def move_to(
@@ -120,6 +134,7 @@ class Arm:
         Raises:
             NoSolutionError: the line leaves the arm's reach; the arm has gone as far as it can.
         """
+        self.phase = self._line_phase(pose)
         path = self._line(pose)
         if self.skip_free_space and free > 0.0 and path.failure is None:
             path = path.after(free)
@@ -135,12 +150,14 @@ class Arm:
 
     def open_gripper(self, width: float = OPEN_WIDTH) -> None:
         """Open the fingers to `width` m; with skip_free_space, do not wait if they are open."""
+        self.phase = 'open gripper'
         self._gripper.command(width)
         if not (self.skip_free_space and self._gripper.at_goal):
             self.wait(0.25)
 
     def close_gripper(self) -> float:
         """Close the fingers until they stop; returns the width between them, m."""
+        self.phase = 'close gripper'
         self._gripper.command(0.0)
         self.wait(0.5)
         return self._gripper.width
@@ -153,6 +170,12 @@ class Arm:
         """Do nothing for a time."""
         for _ in range(round(seconds / TIME_STEP)):
             self._tick()
+
+    def _line_phase(self, goal: ToolPose) -> str:
+        x, y, z = goal.position - self.tool.position
+        if abs(z) > np.hypot(x, y):
+            return 'lift' if z > 0 else 'lower'
+        return 'carry' if self.holding() else 'slide'
 
     def _move_joints(self, goal: Vector) -> None:
         if self.skip_free_space:
@@ -224,3 +247,14 @@ class Arm:
             positionGains=GAINS,
             physicsClientId=self._client._client,
         )
+
+
+def _links(client: Any, body: int) -> tuple[ArmLink, ...]:
+    infos = [client.getJointInfo(body, joint) for joint in range(client.getNumJoints(body))]
+    names = [info[12].decode() for info in infos]
+    return tuple(
+        ArmLink(
+            name, BASE_LINK if info[16] < 0 else names[info[16]], info[2] == client.JOINT_FIXED
+        )
+        for name, info in zip(names, infos, strict=True)
+    )

@@ -22,8 +22,10 @@ from likeme_arm_sim.node_settings import (
     check_real_time_factor,
     simulation_settings,
 )
+from likeme_arm_sim.ros.arm_model import ArmModel
 from likeme_arm_sim.ros.arm_topics import ArmTopics
 from likeme_arm_sim.ros.camera_publisher import CameraPublisher
+from likeme_arm_sim.ros.motion_action import MotionAction
 from likeme_arm_sim.ros.motion_service import SERVICES, MotionService
 from likeme_arm_sim.ros.reset_service import ResetService
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
@@ -52,9 +54,10 @@ class ArmDriverNode(Node):
     """One simulated cell behind ROS interfaces; `simulate` says which of its parts.
 
     Publishes:
-        arm: joint_states (JointState).
-        camera: camera/rgb/image_rect_color (Image, rgb8), camera/rgb/camera_info (CameraInfo) and
-        camera/depth_registered/image_rect (Image, 16UC1 mm), one stamp each frame.
+        arm: joint_states (JointState), tf (TFMessage) of the moving links with the same stamp,
+        tf_static (TFMessage, latched), robot_description (String, latched).
+        camera: camera/rgb/image_rect_color (Image, rgb8), camera/depth_registered/image_rect
+        (Image, 16UC1 mm), and camera_info (CameraInfo) beside each, one stamp each frame.
         All parts together: /clock (Clock). Always: /diagnostics (DiagnosticArray, 1 Hz),
         heartbeat (Heartbeat), motion (Motion, reliable, transient local, depth 100): each request
         when it begins and when it has ended.
@@ -66,6 +69,7 @@ class ArmDriverNode(Node):
         arm: arm/execute_action (ExecuteAction), answered when the motion has ended;
         arm/motion_status (MotionStatus).
         person: human/execute_action, human/motion_status.
+        Both: the action ExecuteAction of the same name, with feedback and cancel.
         camera: cell/reset (ResetCell).
     Client:
         cell/hold (Trigger): of a keeper that missed a cell/stop
@@ -117,6 +121,8 @@ class ArmDriverNode(Node):
         """Stop the simulation's thread and destroy the node."""
         self.stop()
         self._journal.close()
+        for action in self._actions:
+            action.destroy()
         super().destroy_node()
 
     def _create_interfaces(self, parts: frozenset[SimulatedPart], publish_clock: bool) -> None:
@@ -131,10 +137,12 @@ class ArmDriverNode(Node):
         )
         self._camera = CameraPublisher(self, self._cell) if camera else None
         self._arm = ArmTopics(self, self._driver) if arm else None
+        self._arm_model = ArmModel(self, self._cell.arm) if arm else None
         self._motion_pub = self.create_publisher(Motion, 'motion', kept(MOTIONS_KEPT))
         self._motions = [
             MotionService(self, self._driver, actor, self._journal) for actor in actors
         ]
+        self._actions = [MotionAction(self, self._driver, motion) for motion in self._motions]
         # Served with the part that it is about, so that a real one can serve it instead.
         self._reset = ResetService(self, self._driver) if camera else None
 
@@ -163,6 +171,8 @@ class ArmDriverNode(Node):
             stamp = time_msg(self._driver.now)
             if self._arm is not None:
                 self._arm.publish(stamp)
+            if self._arm_model is not None:
+                self._arm_model.publish(stamp)
             if self._camera is not None:
                 self._camera.publish(stamp)
 

@@ -134,6 +134,7 @@ class Cell:
         look: ViewOf,
         on_tick: OnTick | None = None,
         budget: float = np.inf,
+        cancelled: Callable[[], bool] = lambda: False,
     ) -> MotionResult:
         """Execute an action on an object; returns when the motion has ended.
 
@@ -144,6 +145,7 @@ class Cell:
             look: the perceived view of an object, called repeatedly while pushing.
             on_tick: called after every physics step of the motion.
             budget: simulated seconds after which the motion is stopped.
+            cancelled: whether this motion is to stop, asked at every control step.
         """
         refused = self._refused(actor, name, action, look)
         if refused is not None:
@@ -154,6 +156,7 @@ class Cell:
             self._halt,
             on_tick,
             budget,
+            cancelled,
         )
         moved = self.time > started
         return MotionResult(*ending, *((started, self.time) if moved else (None, None)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -22,10 +22,12 @@ from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.world import World
+from likeme_msgs.action import ExecuteAction as ExecuteActionAction
 from likeme_msgs.msg import Motion, ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
 BASE_FRAME = 'base_link'
+MotionAnswer = TypeVar('MotionAnswer', ExecuteAction.Response, ExecuteActionAction.Result)
 
 
 def image_message(pixels: NDArray[np.uint8] | NDArray[np.uint16], encoding: str) -> Image:
@@ -87,10 +89,8 @@ def _view(item: ObjectState, world: World) -> ObjectView:
     return ObjectView(item.centroid.x, item.centroid.y, item.major_axis_yaw, state)
 
 
-def motion_response(
-    report: StampedResult, response: ExecuteAction.Response
-) -> ExecuteAction.Response:
-    """How a motion ended."""
+def motion_response(report: StampedResult, response: MotionAnswer) -> MotionAnswer:
+    """How a motion ended, as the response of the service or the result of the action."""
     response.success = report.outcome is MotionOutcome.COMPLETED
     response.outcome, response.message = int(report.outcome), report.message
     response.started, response.finished = time_msg(report.started), time_msg(report.finished)

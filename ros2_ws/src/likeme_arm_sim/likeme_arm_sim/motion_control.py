@@ -22,6 +22,10 @@ class MotionStoppedError(Exception):
     """The motion was stopped before this control step."""
 
 
+def _never() -> bool:
+    return False
+
+
 class MotionController:
     """Runs one motion at a time. Only `hold`, `resume` and `block` are thread-safe."""
 
@@ -33,6 +37,7 @@ class MotionController:
         self._held = threading.Event()
         self._stopped_by: Block | None = None
         self._halt: Callable[[], None] = lambda: None
+        self._cancelled: Callable[[], bool] = _never
         self._on_tick: OnTick | None = None
         self._deadline = np.inf
 
@@ -53,12 +58,13 @@ class MotionController:
         """Advance by one control step; arm and hand call it in every motion.
 
         Raises:
-            MotionStoppedError: motion is blocked, or its time is used up.
+            MotionStoppedError: motion is blocked or cancelled, or its time is used up.
         """
         block = self.block
         if block is Block.UNHEARD:
             block = self._wait_for_keeper()
-        if block is not None or self._physics_world.time >= self._deadline:
+        late = self._physics_world.time >= self._deadline
+        if block is not None or late or self._cancelled():
             self._stopped_by = block
             raise MotionStoppedError
         self._step()
@@ -69,6 +75,7 @@ class MotionController:
         halt: Callable[[], None],
         on_tick: OnTick | None = None,
         budget: float = np.inf,
+        cancelled: Callable[[], bool] = _never,
     ) -> PrimitiveResult:
         """Run a motion; calls `halt` if it does not end normally.
 
@@ -77,8 +84,9 @@ class MotionController:
             halt: stops arm and hand.
             on_tick: called after every physics step.
             budget: simulated s after which the motion is stopped.
+            cancelled: whether this motion is to stop; asked at every control step.
         """
-        self._on_tick, self._halt = on_tick, halt
+        self._on_tick, self._halt, self._cancelled = on_tick, halt, cancelled
         self._deadline = self._physics_world.time + budget
         try:
             return motion()
@@ -91,6 +99,7 @@ class MotionController:
             raise
         finally:
             self._on_tick, self._deadline, self._stopped_by = None, np.inf, None
+            self._cancelled = _never
 
     def _step(self) -> None:
         self._physics_world.step()
@@ -111,6 +120,9 @@ class MotionController:
 
     def _stopped(self) -> PrimitiveResult:
         block = self._stopped_by
+        if block is None and self._cancelled():
+            message = 'The motion was cancelled before it was complete.'
+            return PrimitiveResult(MotionOutcome.HELD, message)
         if block is None:
             message = 'The motion was stopped: its time budget was used up before it was complete.'
             return PrimitiveResult(MotionOutcome.FAILED, message)

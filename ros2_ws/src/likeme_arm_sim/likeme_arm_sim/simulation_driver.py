@@ -61,6 +61,7 @@ class MotionRequest(NamedTuple):
         object, action: their names.
         expires: ns since the epoch after which the motion is not started; 0: never.
         id: unique across runs, see MotionJournal; empty: the request may be repeated.
+        cancelled: whether this request is to stop; asked at every control step.
     """
 
     actor: Actor
@@ -68,6 +69,7 @@ class MotionRequest(NamedTuple):
     action: str
     expires: int = 0
     id: str = ''
+    cancelled: Callable[[], bool] = lambda: False
 
 
 class SimulationDriver:
@@ -108,9 +110,10 @@ class SimulationDriver:
         self.perceived = PerceivedObjects(settings.table_state_timeout)
         self._thread = SimulationThread(self._idle, self._on_error)
         self._pacer = Pacer()
-        self._epoch = time.time_ns() - round(cell.time * 1e9)
+        self._set_epoch()
         self._steps_per_frame = max(1, round(STEP_RATE / settings.camera_rate))
         self._was_blocked = False
+        self._moving: MotionRequest | None = None
 
     @property
     def busy(self) -> bool:
@@ -131,6 +134,8 @@ class SimulationDriver:
 
     def start(self) -> None:
         """Start the simulation."""
+        # Building the node took seconds: simulated time begins at that of the system clock.
+        self._set_epoch()
         self._pacer.restart(self.cell.time)
         self._thread.start()
 
@@ -146,6 +151,13 @@ class SimulationDriver:
         """Queue an action; None while this actor's last one has not ended."""
         return self._thread.submit(request.actor.name, lambda: self._run(request))
 
+    def phase(self, request_id: str) -> str:
+        """What the actor of a request does now; 'waiting' before its motion."""
+        moving = self._moving
+        if moving is None or moving.id != request_id:
+            return 'waiting'
+        return self.cell.arm.phase if moving.actor is Actor.ROBOT else 'move'
+
     def reset(
         self, objects: Sequence[str], states: Sequence[int | str], seed: int
     ) -> Future[None] | None:
@@ -153,6 +165,9 @@ class SimulationDriver:
         if self._thread.busy:
             return None
         return self._thread.submit('reset', lambda: self._reset(objects, states, seed))
+
+    def _set_epoch(self) -> None:
+        self._epoch = time.time_ns() - round(self.cell.time * 1e9)
 
     def _run(self, request: MotionRequest) -> StampedResult:
         if self._journal is None or not request.id:
@@ -199,19 +214,24 @@ class SimulationDriver:
 
     def _move(self, request: MotionRequest) -> StampedResult:
         self._wait_for_keeper()
+        if request.cancelled():
+            return StampedResult(MotionOutcome.HELD, 'The request was cancelled: nothing moved.')
         started = self.now
         if request.expires and started > request.expires:
             late = (started - request.expires) * 1e-9
             return StampedResult(MotionOutcome.EXPIRED, f'The request expired {late:.1f} s ago.')
+        self._moving = request
         try:
             result = self.cell.run_action(
                 request.actor, request.object, request.action, self._view, self._tick,
-                self._settings.motion_budget,
+                self._settings.motion_budget, request.cancelled,
             )  # fmt: skip
         except Exception as error:
             self._on_error(error)
             message = f'The motion failed: {type(error).__name__}: {error}'
             return StampedResult(MotionOutcome.FAILED, message, started, self.now)
+        finally:
+            self._moving = None
         moved = (started, self.now) if result.started is not None else ()
         return StampedResult(result.outcome, result.message, *moved)
 

@@ -13,8 +13,10 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from action_msgs.msg import GoalStatus
 from domain_coordinator import domain_id
 from geometry_msgs.msg import Point
+from rclpy.action import ActionClient
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -25,8 +27,9 @@ from std_srvs.srv import Trigger
 
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import stamp_ns, time_msg
+from likeme_msgs.action import ExecuteAction as ExecuteActionAction
 from likeme_msgs.msg import ObjectState, TableState
-from likeme_msgs.srv import ExecuteAction, ResetCell
+from likeme_msgs.srv import ExecuteAction, MotionStatus, ResetCell
 
 pytestmark = pytest.mark.graph
 DRIVER = [sys.executable, '-m', 'likeme_arm_sim.arm_driver_node', '--ros-args']
@@ -42,11 +45,13 @@ class Client:
         self.context.init(domain_id=domain)
         self.node = Node('driver_test', context=self.context)
         self.kept: dict[str, list[Any]] = {}
+        self.actions: dict[str, ActionClient] = {}
         self._changed = threading.Condition()
         self._keep(Clock, '/clock')
         self._keep(Image, 'camera/rgb/image_rect_color')
         self._keep(Image, 'camera/depth_registered/image_rect')
         self._keep(CameraInfo, 'camera/rgb/camera_info')
+        self._keep(CameraInfo, 'camera/depth_registered/camera_info')
         self.table = self.node.create_publisher(TableState, 'table_state', 1)
         self._executor = SingleThreadedExecutor(context=self.context)
         self._executor.add_node(self.node)
@@ -56,6 +61,8 @@ class Client:
     def close(self) -> None:
         self._executor.shutdown()
         self._thread.join(5.0)
+        for action in self.actions.values():
+            action.destroy()
         self.node.destroy_node()
         self.context.try_shutdown()
 
@@ -75,6 +82,10 @@ class Client:
     def wait_for(self, true: Callable[[], bool], seconds: float = 60.0) -> None:
         with self._changed:
             assert self._changed.wait_for(true, seconds)
+
+    def wait_for_message(self, topic: str) -> None:
+        count = len(self.kept[topic])
+        self.wait_for(lambda: len(self.kept[topic]) > count)
 
     def start(self, kind: Any, name: str, **fields: Any) -> Any:
         client = self.node.create_client(kind, name)
@@ -153,7 +164,8 @@ def test_frames_of_one_moment_share_a_stamp(client: Client) -> None:
     client.wait_for(lambda: all(len(client.kept[topic]) > 4 for topic in topics))
     stamps = [{stamp_ns(m.header.stamp) for m in client.kept[topic]} for topic in topics]
     assert len(set.intersection(*stamps)) >= 3
-    rgb, depth, info = (client.kept[topic][-1] for topic in topics)
+    rgb, depth, info, depth_info = (client.kept[topic][-1] for topic in topics)
+    assert depth_info.k.tolist() == info.k.tolist()
     assert (rgb.encoding, depth.encoding) == ('rgb8', '16UC1')
     assert (rgb.width, rgb.height, info.width, info.height) == (640, 480, 640, 480)
     assert rgb.header.frame_id == depth.header.frame_id == 'camera_rgb_optical_frame'
@@ -194,6 +206,63 @@ def test_the_arm_goes_where_perception_says(client: Client) -> None:
         client.show_chicken(y=-0.2)
         outcome = client.act('arm', 'chicken', 'push_left').outcome
     assert outcome == MotionOutcome.COMPLETED
+
+
+def send_goal(client: Client, who: str, feedback: list[Any], **goal: Any) -> Any:
+    """The handle of an accepted goal."""
+    actions = client.actions.setdefault(
+        who, ActionClient(client.node, ExecuteActionAction, f'{who}/execute_action')
+    )
+    assert actions.wait_for_server(60.0)
+    sent = actions.send_goal_async(
+        ExecuteActionAction.Goal(**goal), feedback_callback=lambda m: feedback.append(m.feedback)
+    )
+    handle = finished(sent)
+    assert handle.accepted
+    return handle
+
+
+def test_the_action_is_the_service_with_feedback(client: Client) -> None:
+    feedback: list[Any] = []
+    goal = {'object': 'chicken', 'action': 'place_left', 'id': 'of-the-action'}
+    answer = finished(send_goal(client, 'human', feedback, **goal).get_result_async())
+    result = answer.result
+    assert (answer.status, result.outcome) == (
+        GoalStatus.STATUS_SUCCEEDED, MotionOutcome.COMPLETED
+    )  # fmt: skip
+    assert result.id == 'of-the-action'
+    assert {each.phase for each in feedback} >= {'move'}
+    elapsed = [each.elapsed for each in feedback]
+    assert elapsed == sorted(elapsed)
+    assert 0.0 < elapsed[-1] <= (stamp_ns(result.finished) - stamp_ns(result.started)) * 1e-9 + 1
+    status = client.call(MotionStatus, 'human/motion_status', id='of-the-action').motion
+    assert status.outcome == MotionOutcome.COMPLETED
+    # Exactly once, whichever way it is asked for again.
+    again = finished(send_goal(client, 'human', [], **goal).get_result_async())
+    assert (again.status, again.result.outcome) == (
+        GoalStatus.STATUS_ABORTED, MotionOutcome.REPEATED
+    )  # fmt: skip
+    assert client.call(ExecuteAction, 'human/execute_action', **goal).outcome == (
+        MotionOutcome.REPEATED
+    )
+
+
+def test_a_cancelled_goal_is_held_and_no_other(client: Client) -> None:
+    feedback: list[Any] = []
+    handle = send_goal(client, 'human', feedback, object='chicken', action='place_left')
+    deadline = time.monotonic() + 60
+    while not any(each.phase == 'move' for each in feedback) and time.monotonic() < deadline:
+        client.wait_for_message('/clock')
+    answer = finished(handle.cancel_goal_async())
+    assert [bytes(each.goal_id.uuid) for each in answer.goals_canceling] == [
+        bytes(handle.goal_id.uuid)
+    ]
+    ended = finished(handle.get_result_async())
+    assert (ended.status, ended.result.outcome) == (
+        GoalStatus.STATUS_CANCELED, MotionOutcome.HELD
+    )  # fmt: skip
+    assert 'cancelled' in ended.result.message
+    assert client.act('human', 'chicken', 'place_left').outcome == MotionOutcome.COMPLETED
 
 
 @pytest.mark.parametrize(('x', 'y'), [(float('nan'), -0.2), (0.44, float('inf'))])

@@ -252,3 +252,51 @@ def test_a_motion_pauses_while_the_keeper_is_late_and_ends_when_it_is_gone(
     assert result.finished > began + 2.0
     assert result.outcome is MotionOutcome.HELD
     assert result.message == 'The motion was stopped: the hold keeper was not heard any more.'
+
+
+def test_a_cancelled_motion_stops_where_it_is_and_nothing_moves_until_the_next(
+    watched: Watched, cell: Cell
+) -> None:
+    driver, cancel, phases = watched.driver, threading.Event(), set[str]()
+    driver.perceived.update(driver.now, CHICKEN, driver.now)
+    lowered = threading.Event()
+
+    def cancelled() -> bool:
+        """Asked at every control step: cancels when the hand has begun to go down."""
+        phases.add(driver.phase('one'))
+        if 'lower' in phases:
+            lowered.set()
+            cancel.set()
+        return cancel.is_set()
+
+    request = MotionRequest(Actor.ROBOT, 'chicken', PLACE, 0, 'one', cancelled)
+    assert driver.phase('one') == 'waiting'
+    job = driver.execute(request)
+    assert job is not None
+    result = job.result(30.0)
+    assert lowered.is_set()
+    assert phases >= {'open gripper', 'reach', 'lower'}
+    assert result.outcome is MotionOutcome.HELD
+    assert result.message == 'The motion was cancelled before it was complete.'
+    assert 0 < result.started < result.finished
+    # The brakes come to rest in a few steps.
+    began = cell.time
+    while cell.time < began + 0.2:
+        assert watched.stepped.wait(5.0)
+        watched.stepped.clear()
+    stopped, began = cell.arm.joints, cell.time
+    assert not cell.arm.at_home
+    while cell.time < began + 1.0:
+        assert watched.stepped.wait(5.0)
+        watched.stepped.clear()
+    assert abs(cell.arm.joints - stopped).max() < 1e-3
+    assert driver.cell.block is None
+    assert act(watched).outcome is MotionOutcome.COMPLETED
+
+
+def test_a_request_that_was_cancelled_while_it_waited_moves_nothing(watched: Watched) -> None:
+    request = MotionRequest(Actor.HUMAN, 'chicken', PLACE, 0, 'two', lambda: True)
+    job = watched.driver.execute(request)
+    assert job is not None
+    result = job.result(30.0)
+    assert (result.outcome, result.started) == (MotionOutcome.HELD, 0)

@@ -49,7 +49,10 @@ ARGUMENTS: dict[str, tuple[str, str]] = {
     'experience': ('', 'Experience store: executed imitations improve the model.'),
     'world': ('', 'A shipped world or a world file.'),
     'params_file': ('', 'ROS parameter file; config/cell.yaml has all names.'),
-    'use_sim_time': ('', 'true: nodes run on /clock; empty: as the parameter file says.'),
+    'use_sim_time': (
+        '',
+        'true: nodes run on /clock; empty: as the parameter file says, else if all is simulated.',
+    ),
     'respawn': ('true', 'false: end all when a node dies, instead of starting it again.'),
     'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
 }

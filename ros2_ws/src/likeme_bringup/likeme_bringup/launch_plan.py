@@ -25,17 +25,21 @@ class PlannedNode(NamedTuple):
     parameters: Mapping[str, object]
 
 
-def launch_plan(nodes: Sequence[PlannedNode], files: Sequence[Path], namespace: str) -> str:
+def launch_plan(
+    nodes: Sequence[PlannedNode], files: Sequence[Path], namespace: str, simulated_clock: bool
+) -> str:
     """The nodes, the texts of their parameter files, the last one counts, and when to give up.
 
-    namespace: of all nodes; empty: none.
+    namespace: of all nodes; empty: none. simulated_clock: see StartOptions.
     """
+    clock = {'/**': {'ros__parameters': {'use_sim_time': True}}}
     own = {
         full_name(node.name, namespace): {'ros__parameters': dict(node.parameters)}
         for node in nodes
         if node.parameters
     }
-    texts = [in_namespace(path, namespace) for path in files]
+    texts = [yaml.safe_dump(clock)] if simulated_clock else []
+    texts += [in_namespace(path, namespace) for path in files]
     policy = Respawn()
     return json.dumps(
         {

@@ -12,6 +12,7 @@ COMMANDS = {
     'bag': 'likeme_bags.bag_console:main',
     'cell': 'likeme_bringup.ros.cell_commands:cell',
     'demo': 'likeme_bringup.demo:run',
+    'doctor': 'likeme_bringup.ros.doctor_command:main',
     'fit-physics': 'likeme_experiments.commands.fit_physics:run',
     'gaze': 'likeme_experiments.commands.gaze:run',
     'learn': 'likeme_experiments.commands.learn:run',

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,18 @@ def validated(path: Path) -> Path:
     for name, node in nodes.items():
         _check_names(path, name, node['ros__parameters'] or {}, known)
     return path.resolve()
+
+
+def last_value(paths: Iterable[Path], node: str, name: str) -> Any:
+    """What valid parameter files set a node's parameter to, the last one deciding; else None."""
+    values = [
+        section['ros__parameters'][name]
+        for path in paths
+        for key, section in read_yaml(path).items()
+        if key.rpartition('/')[2] in (node, '*', '**')
+        and name in (section['ros__parameters'] or {})
+    ]
+    return values[-1] if values else None
 
 
 def _check_names(

@@ -6,16 +6,17 @@ import os
 import sys
 from collections.abc import Sequence
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
 
 import likeme_core.standby
-from likeme_arm_sim.simulated_parts import SimulatedPart
+from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart
 from likeme_bringup.child import Child
 from likeme_bringup.launch_plan import PlannedNode, launch_plan
-from likeme_bringup.parameter_files import validated
+from likeme_bringup.parameter_files import last_value, validated
 from likeme_bringup.respawn import Respawn
 from likeme_bringup.supervisor import Supervisor
 from likeme_core import socket_buffers
@@ -66,6 +67,13 @@ class StartOptions(NamedTuple):
     parameter_files: tuple[Path, ...] = ()
     world: str | None = None
 
+    @property
+    def simulated_clock(self) -> bool:
+        """Whether the arm driver publishes /clock: every part is simulated."""
+        told = partial(last_value, self.parameter_files, 'arm_driver')
+        parts = self.simulate or told('simulate') or ALL_PARTS
+        return {*parts} == ALL_PARTS and told('publish_clock') is not False
+
     def overrides(self, part: Part) -> dict[str, object]:
         """ROS parameters of one node that override the files."""
         if part is Part.HOLD:
@@ -115,6 +123,9 @@ def command(part: Part, options: StartOptions, runner: tuple[str, ...] = ()) -> 
     runner: a module that runs the node's module.
     """
     arguments = [sys.executable, '-m', *runner, MODULES[part], '--ros-args']
+    if options.simulated_clock:
+        # Before the files, which may say otherwise.
+        arguments += ['-p', 'use_sim_time:=true']
     for path in options.parameter_files:
         arguments += ['--params-file', str(path)]
     for name, value in options.overrides(part).items():
@@ -128,7 +139,7 @@ def plan(parts: Sequence[Part], options: StartOptions, namespace: str) -> str:
         PlannedNode(part.value, NODES[part], *executable(part), options.overrides(part))
         for part in parts
     ]
-    return launch_plan(nodes, options.parameter_files, namespace)
+    return launch_plan(nodes, options.parameter_files, namespace, options.simulated_clock)
 
 
 def parameter_file(path: Path) -> Path:

@@ -45,10 +45,37 @@ def test_only_the_overridden_parameters_are_passed() -> None:
     assert StartOptions().overrides(Part.INFERENCE) == {}
 
 
-def test_the_command_line_comes_after_the_parameter_file() -> None:
-    words = command(Part.ARM, StartOptions(seed=4, parameter_files=(Path('mine.yaml'),)))
+def test_the_command_line_comes_after_the_parameter_file(tmp_path: Path) -> None:
+    mine = tmp_path / 'mine.yaml'
+    mine.write_text('arm_driver: {ros__parameters: {seed: 3}}')
+    words = command(Part.ARM, StartOptions(seed=4, parameter_files=(mine,)))
     assert words[1:4] == ['-m', 'likeme_arm_sim.arm_driver_node', '--ros-args']
-    assert words[4:] == ['--params-file', 'mine.yaml', '-p', 'seed:=4']
+    assert words[4:] == [
+        '-p', 'use_sim_time:=true', '--params-file', str(mine), '-p', 'seed:=4'
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ('simulate', 'lines', 'simulated'),
+    [
+        (None, '{}', True),
+        (tuple(SimulatedPart), '{}', True),
+        ((SimulatedPart.ARM,), '{}', False),
+        (None, 'arm_driver: {ros__parameters: {simulate: [camera, person]}}', False),
+        (None, '/**: {ros__parameters: {publish_clock: false}}', False),
+        (None, '/lab/arm_driver: {ros__parameters: {publish_clock: true}}', True),
+        (tuple(SimulatedPart), 'arm_driver: {ros__parameters: {simulate: [arm]}}', True),
+    ],
+)
+def test_nodes_run_on_the_clock_that_the_driver_publishes(
+    tmp_path: Path, simulate: tuple[SimulatedPart, ...] | None, lines: str, simulated: bool
+) -> None:
+    file = tmp_path / 'mine.yaml'
+    file.write_text(lines)
+    options = StartOptions(simulate=simulate, parameter_files=(file,))
+    assert options.simulated_clock == simulated
+    for part in Part:
+        assert ('use_sim_time:=true' in command(part, options)) == simulated
 
 
 def test_the_parts_to_simulate_are_a_list() -> None:
@@ -177,6 +204,8 @@ def test_the_launch_file_starts_the_same_nodes(launch: dict[str, Any]) -> None:
         executable(p) for p in Part
     ]
     assert all(node.kwargs['remappings'] == [] for node in nodes)
+    on_clock = {'/**': {'ros__parameters': {'use_sim_time': True}}}
+    assert all(parameters(node) == on_clock for node in nodes)
 
 
 def test_the_launch_files_arguments_reach_the_nodes(

@@ -1,7 +1,7 @@
 """What perception passes to inference: the states in one frame, and demonstrations.
 
-Stamps are ROS time in ns; `frame` is the frame_id of the header a stamp came with. Probabilities
-are tuples indexed by State.
+Stamps are ROS time in ns; `frame` is the frame_id of the depth image a stamp came with.
+Probabilities are tuples indexed by State.
 """
 
 from __future__ import annotations

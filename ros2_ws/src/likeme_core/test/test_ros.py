@@ -20,9 +20,11 @@ from rclpy.parameter import Parameter  # noqa: E402
 
 from likeme_core.ros import parameters  # noqa: E402
 from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg  # noqa: E402
+from likeme_core.ros.heartbeat import HEARTBEAT_QOS, HeartbeatPublisher  # noqa: E402
 from likeme_core.ros.spin import _check_clock  # noqa: E402
 from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
 from likeme_core.settings import Setting, defaults  # noqa: E402
+from likeme_msgs.msg import Heartbeat  # noqa: E402
 
 SETTINGS = {
     'threshold': Setting(0.5, 'a probability', (0, 1)),
@@ -96,6 +98,20 @@ def test_simulated_time_without_a_clock_is_reported(
     told = capfd.readouterr()
     reported = 'use_sim_time is set, and no /clock is heard' in told.out + told.err
     assert reported is simulated
+
+
+def test_heartbeats_go_on_while_simulated_time_stands_still(node: Node) -> None:
+    node.set_parameters([Parameter('use_sim_time', value=True)])
+    beats: list[Heartbeat] = []
+    node.create_subscription(Heartbeat, 'heartbeat', beats.append, HEARTBEAT_QOS)
+    publisher = HeartbeatPublisher(node)
+    for _ in range(500):
+        rclpy.spin_once(node, timeout_sec=0.1)
+        if len(beats) >= 3:
+            break
+    assert len(beats) >= 3
+    assert {stamp_ns(beat.header.stamp) for beat in beats} == {0}
+    assert {beat.run for beat in beats} == {publisher.run}
 
 
 def test_diagnostics_hold_one_status_with_its_values() -> None:

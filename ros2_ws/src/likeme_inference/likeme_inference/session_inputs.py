@@ -148,8 +148,9 @@ def read_table(msg: Any, world: World) -> TableSnapshot:
         for item in msg.objects
         if item.state not in unknown
     }
-    stamp = stamp_ns(msg.header.stamp)
-    return TableSnapshot(stamp, msg.header.frame_id, msg.settled, states)
+    # Messages recorded before camera_frame have the camera's frame in their header.
+    camera = getattr(msg, 'camera_frame', '') or msg.header.frame_id
+    return TableSnapshot(stamp_ns(msg.header.stamp), camera, msg.settled, states)
 
 
 def read_motion(response: Any) -> MotionReport:

@@ -1,4 +1,4 @@
-"""Writes type stubs (.pyi) of this package's messages and services, read from their definitions.
+"""Writes type stubs (.pyi) of this package's interfaces, read from their definitions.
 
 write_stubs.py PACKAGE_FOLDER OUTPUT_FOLDER
 
@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from rosidl_adapter.parser import parse_message_file, parse_service_file
+from rosidl_adapter.parser import parse_action_file, parse_message_file, parse_service_file
 
 PACKAGE = 'likeme_msgs'
 INTEGERS = {f'{sign}int{bits}' for sign in ('', 'u') for bits in (8, 16, 32, 64)}
@@ -61,6 +61,14 @@ def service_lines(service: Any, name: str) -> Iterator[str]:
     yield from class_lines(service.response, 'Response', '    ')
 
 
+def action_lines(action: Any, name: str) -> Iterator[str]:
+    """The stub of one action class."""
+    yield f'class {name}:'
+    yield from class_lines(action.goal, 'Goal', '    ')
+    yield from class_lines(action.result, 'Result', '    ')
+    yield from class_lines(action.feedback, 'Feedback', '    ')
+
+
 def module(imports: Iterable[str], bodies: Sequence[Iterator[str]]) -> str:
     """The text of one stub module."""
     lines = ['from collections.abc import Sequence', 'from typing import ClassVar', '']
@@ -76,16 +84,21 @@ def packages_of(messages: Iterable[Any]) -> set[str]:
 
 
 def main() -> None:
-    """Write OUTPUT_FOLDER/msg/__init__.pyi, OUTPUT_FOLDER/srv/__init__.pyi and py.typed."""
+    """Write OUTPUT_FOLDER/{msg,srv,action}/__init__.pyi and py.typed."""
     source, out = Path(sys.argv[1]), Path(sys.argv[2])
     messages = {p.stem: parse_message_file(PACKAGE, p) for p in sorted(source.glob('msg/*.msg'))}
     services = {p.stem: parse_service_file(PACKAGE, p) for p in sorted(source.glob('srv/*.srv'))}
+    actions = {
+        p.stem: parse_action_file(PACKAGE, p) for p in sorted(source.glob('action/*.action'))
+    }
+    parts = [part for a in actions.values() for part in (a.goal, a.result, a.feedback)]
     sides = [side for s in services.values() for side in (s.request, s.response)]
     texts = {
         'msg': module(
             packages_of(messages.values()), [class_lines(m, n) for n, m in messages.items()]
         ),
         'srv': module(packages_of(sides), [service_lines(s, n) for n, s in services.items()]),
+        'action': module(packages_of(parts), [action_lines(a, n) for n, a in actions.items()]),
     }
     for folder, text in texts.items():
         (out / folder).mkdir(parents=True, exist_ok=True)

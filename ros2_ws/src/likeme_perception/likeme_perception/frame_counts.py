@@ -49,11 +49,12 @@ class FrameCounts:
         """Frames processed and dropped together."""
         return self.frames_read + self.drops.total()
 
-    def read(self, work: float, latency: float) -> None:
+    def read(self, work: float, latency: float | None) -> None:
         """Count a processed frame; work: processing time, latency: time since its stamp, s."""
         self.frames_read += 1
         self._work.append(work)
-        self._latency.append(latency)
+        if latency is not None:
+            self._latency.append(latency)
 
     def drop(self, reason: str, sentence: str, now: float) -> str | None:
         """Count a dropped frame; the warning to log, None within 5 s of the last one."""

@@ -8,7 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from geometry_msgs.msg import Point
+from geometry_msgs.msg import Point, TransformStamped
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
@@ -16,6 +18,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from likeme_core.observations import Demonstration
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import time_msg
+from likeme_core.ros.transforms import transform_msg
 from likeme_core.world import World
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
 from likeme_msgs.msg import FrameDone, ObjectState, TableState
@@ -28,11 +31,12 @@ from likeme_perception.overlay import state_colour
 def table_state(
     table: TableObservation, header: Header, reference_frame: str, world: World
 ) -> TableState:
-    """TableState with the header of the depth image."""
+    """TableState in the reference frame, with the stamp of the depth image's header."""
     return TableState(
-        header=header,
+        header=Header(stamp=header.stamp, frame_id=reference_frame),
         world=world.label,
         reference_frame=reference_frame,
+        camera_frame=header.frame_id,
         hand_in_view=table.hand_in_view,
         arm_in_view=table.arm_in_view,
         settled=table.settled,
@@ -66,6 +70,23 @@ def demonstration(act: Demonstration, header: Header, world: World) -> Demonstra
     times = {'start': time_msg(act.start), 'end': time_msg(act.end)}
     fields = demonstration_fields(act) | times
     return DemonstrationMsg(header=header, world=world.label, **fields)
+
+
+def cell_frames(world: World, reference_frame: str, stamp: Time) -> list[TransformStamped]:
+    """Frames `table` and `region_NAME`: the middle of each area, axes of the reference frame."""
+    areas = {f'region_{e.state.name}': e.area for e in world.region_entries if e.area is not None}
+    return [
+        transform_msg(reference_frame, name, (*area.centre, 0.0), (0, 0, 0, 1), stamp)
+        for name, area in ({'table': world.table.top} | areas).items()
+    ]
+
+
+def camera_frame(
+    reference_frame: str, camera: str, pose: NDArray[np.float64], stamp: Time
+) -> TransformStamped:
+    """The optical frame of the camera; pose: 4x4, from it to the reference frame."""
+    orientation = Rotation.from_matrix(pose[:3, :3]).as_quat()
+    return transform_msg(reference_frame, camera, pose[:3, 3].tolist(), orientation, stamp)
 
 
 def frame_read(table: TableObservation, header: Header) -> FrameDone:

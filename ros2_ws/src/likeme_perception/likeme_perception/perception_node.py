@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
+from copy import copy
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -18,10 +21,12 @@ from likeme_core.ros import parameters
 from likeme_core.ros.diagnostics import DiagnosticsPublisher
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.managed_node import ManagedNode
-from likeme_core.ros.qos import CAMERA
+from likeme_core.ros.qos import CAMERA, OVERRIDABLE
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.time import steady_clock
+from likeme_core.ros.transforms import StaticTransforms
 from likeme_core.ros.world import WorldPublisher, declare_world
+from likeme_core.settings import Setting
 from likeme_core.stamps import stamp_ns
 from likeme_msgs.msg import Demonstration, FrameDone, TableState
 from likeme_perception import messages
@@ -34,6 +39,13 @@ from likeme_perception.overlay import draw
 from likeme_perception.pairing import StampPairing
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
 
+Pose = NDArray[np.float64]
+
+CAMERA_FRAME_SETTING = Setting(
+    True,
+    "Whether tf_static has the camera's optical frame; false: its driver publishes it",
+    read_only=True,
+)
 #: s between two log lines about a camera_info that changes.
 CHANGE_LOG_PERIOD = 5.0
 
@@ -48,6 +60,8 @@ class PerceptionNode(ManagedNode):
     | demonstration | likeme_msgs/Demonstration | a human act, when it is complete |
     | frame_done | likeme_msgs/FrameDone | each frame and camera_info, when processed |
     | table_markers | visualization_msgs/MarkerArray | 5 Hz while subscribed |
+    | tf_static | tf2_msgs/TFMessage | table, regions, and where the camera is (as configured, then
+      levelled to the table it saw), unless publish_camera_frame is false |
     | table_overlay | sensor_msgs/Image | the image with states, 2 Hz while subscribed |
     | /diagnostics | diagnostic_msgs/DiagnosticArray | 1 Hz: rate, latency, drops, health |
     | heartbeat | likeme_msgs/Heartbeat | 20 Hz: STARTING until the background is known, DEGRADED
@@ -63,19 +77,23 @@ class PerceptionNode(ManagedNode):
     | --- | --- | --- |
     | perception/reset | std_srvs/Trigger | forget camera, background and objects |
 
+    History, depth and reliability of the camera topics and of table_state:
+    qos_overrides./TOPIC.subscription.* and .publisher.*.
+
     A managed node, active from the start unless `autostart` is false. While it is not active it
     publishes world, heartbeat and /diagnostics only; it begins anew when it is activated.
 
-    Parameters: world, autostart, and node_settings.settings_of(world): every number of
-    PerceptionConfig by its name (rectangles as x_min, x_max, y_min, y_max) and pairing_tolerance.
-    A change restarts perception with the new values; invalid values are refused.
+    Parameters: world, autostart, publish_camera_frame, and node_settings.settings_of(world): every
+    number of PerceptionConfig by its name (rectangles as x_min, x_max, y_min, y_max) and
+    pairing_tolerance. A change restarts perception with the new values; invalid values are
+    refused.
     """
 
     def __init__(self, parameter_overrides: list[Parameter] | None = None) -> None:
         super().__init__('perception_node', parameter_overrides=parameter_overrides)
         self._world = declare_world(self)
         self._declared = settings_of(self._world)
-        parameters.declare(self, self._declared)
+        parameters.declare(self, self._declared | {'publish_camera_frame': CAMERA_FRAME_SETTING})
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
@@ -85,19 +103,28 @@ class PerceptionNode(ManagedNode):
         self._restart(None)
 
         self._world_pub = WorldPublisher(self, self._world)
+        self._frames = StaticTransforms(self)
+        self._publish_frames('', None)
         # Subscribers that act on it keep the newest one; recorders and monitors want each, and
         # what a writer has overwritten it cannot send again.
-        self._table_pub = self.create_publisher(TableState, 'table_state', 10)
+        self._table_pub = self.create_publisher(
+            TableState, 'table_state', 10, qos_overriding_options=OVERRIDABLE
+        )
         self._demonstration_pub = self.create_publisher(Demonstration, 'demonstration', 10)
         self._done_pub = self.create_publisher(FrameDone, 'frame_done', 100)
         self._marker_pub = self.create_publisher(MarkerArray, 'table_markers', 1)
         self._overlay_pub = self.create_publisher(Image, 'table_overlay', 1)
         self._diagnostics_pub = DiagnosticsPublisher(self)
 
-        colour, depth = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
-        self.create_subscription(Image, colour, lambda m: self._on_image(0, m), CAMERA)
-        self.create_subscription(Image, depth, lambda m: self._on_image(1, m), CAMERA)
-        self.create_subscription(CameraInfo, 'camera/rgb/camera_info', self._on_info, CAMERA)
+        for kind, topic, receive in (
+            (Image, 'camera/rgb/image_rect_color', lambda m: self._on_image(0, m)),
+            (Image, 'camera/depth_registered/image_rect', lambda m: self._on_image(1, m)),
+            (CameraInfo, 'camera/rgb/camera_info', self._on_info),
+        ):
+            # A copy: rclpy writes what is overridden into the profile.
+            self.create_subscription(
+                kind, topic, receive, copy(CAMERA), qos_overriding_options=OVERRIDABLE
+            )
         self.create_service(Trigger, 'perception/reset', self._on_reset)
         self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
         self._heartbeat = HeartbeatPublisher(self, self._state)
@@ -164,6 +191,7 @@ class PerceptionNode(ManagedNode):
         if result.restarted:
             self.get_logger().info('Stamps do not follow the last ones: objects are tracked anew.')
         table, frame = result.table, result.frame
+        self._check_camera_frame(depth.header.frame_id)
         if table is None or frame is None:
             self._count_drop(result.reason, result.sentence)
             self._done_pub.publish(messages.frame_rejected(result.sentence, depth.header))
@@ -174,9 +202,32 @@ class PerceptionNode(ManagedNode):
         if table.learned:
             self._publish(table, frame, depth)
         self._done_pub.publish(messages.frame_read(table, depth.header))
-        latency = (self.get_clock().now().nanoseconds - frame.stamp) * 1e-9
+        now = self.get_clock().now().nanoseconds
+        # Before the first /clock, simulated time is 0.
+        latency = (now - frame.stamp) * 1e-9 if now else None
         self.counts.read(time.perf_counter() - begin, latency)
         self._health.read(time.monotonic())
+
+    def _check_camera_frame(self, camera: str) -> None:
+        """Publish where the camera is, if that has changed."""
+        perception, config = self._reader.perception, self._reader.settings.config
+        if not self.get_parameter('publish_camera_frame').value:
+            return
+        if perception is not None and perception.background is not None:
+            pose: Pose | None = perception.background.view.pose
+        else:
+            pose = config.camera_pose()
+        if camera and pose is not None and (camera, pose.tobytes()) != self._camera:
+            self._publish_frames(camera, pose)
+
+    def _publish_frames(self, camera: str, pose: Pose | None) -> None:
+        reference = self._reader.settings.config.reference_frame
+        stamp = self.get_clock().now().to_msg()
+        frames = messages.cell_frames(self._world, reference, stamp)
+        if pose is not None:
+            frames.append(messages.camera_frame(reference, camera, pose, stamp))
+        self._camera = (camera, b'' if pose is None else pose.tobytes())
+        self._frames.publish(frames)
 
     def _publish(self, table: TableObservation, frame: RgbdFrame, depth: Image) -> None:
         reference = self._reader.settings.config.reference_frame

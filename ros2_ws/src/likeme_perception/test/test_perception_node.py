@@ -17,18 +17,25 @@ rclpy = pytest.importorskip('rclpy')
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from domain_coordinator import domain_id  # noqa: E402
+from geometry_msgs.msg import TransformStamped  # noqa: E402
 from lifecycle_msgs.msg import Transition  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
+from rclpy.qos import ReliabilityPolicy  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from scipy.spatial.transform import Rotation  # noqa: E402
 from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
 
 from in_process import refusal  # noqa: E402
 from likeme_core.heartbeats import NodeState  # noqa: E402
+from likeme_core.paper_world import WORLD  # noqa: E402
 from likeme_core.ros.heartbeat import HeartbeatSubscriber  # noqa: E402
-from likeme_core.ros.time import time_msg  # noqa: E402
+from likeme_core.ros.qos import LATCHED  # noqa: E402
+from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
 from likeme_msgs.msg import FrameDone, ObjectState, TableState  # noqa: E402
 from likeme_perception.perception_node import PerceptionNode, main  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
@@ -126,15 +133,18 @@ def rig() -> Iterator[Rig]:
         rclpy.try_shutdown()
 
 
-def test_table_state_has_the_header_of_the_depth_image(rig: Rig, renderer) -> None:
+def test_table_state_has_the_stamp_of_the_depth_image_and_the_frame_of_its_numbers(
+    rig: Rig, renderer
+) -> None:
     rig.info(renderer.frame())
-    for _ in range(8):
-        frame = renderer.frame()
+    frames = [renderer.frame() for _ in range(8)]
+    for frame in frames:
         rig.send(frame)
     rig.until(lambda: len(rig.states) >= 2, 'a table state')
     state = rig.states[-1]
-    assert state.header.frame_id == 'camera_rgb_optical_frame'
-    assert state.reference_frame == 'base_link'
+    assert state.header.frame_id == state.reference_frame == 'base_link'
+    assert state.camera_frame == 'camera_rgb_optical_frame'
+    assert stamp_ns(state.header.stamp) in {frame.stamp for frame in frames}
     assert [o.name for o in state.objects] == ['pear', 'lemon', 'chicken']
     assert {o.state for o in state.objects} == {ObjectState.UNKNOWN} or {
         o.state for o in state.objects
@@ -142,6 +152,77 @@ def test_table_state_has_the_header_of_the_depth_image(rig: Rig, renderer) -> No
     assert len(rig.states) <= 4, 'no table state before the background is known'
     rig.until(lambda: bool(rig.markers), 'markers')
     rig.until(lambda: any(_level(d) == 0 for d in rig.diagnostics), 'diagnostics that are OK')
+
+
+def test_tf_static_has_table_regions_and_the_camera_as_perception_uses_it(
+    rig: Rig, renderer
+) -> None:
+    heard: list[TFMessage] = []
+    rig.probe.create_subscription(TFMessage, 'tf_static', heard.append, LATCHED)
+    rig.info(renderer.frame())
+    rig.until(lambda: bool(heard), 'frames before the first image')
+    assert {t.child_frame_id for t in heard[-1].transforms} == {
+        'table', 'region_LEFT', 'region_RIGHT'
+    }  # fmt: skip
+    for _ in range(7):
+        rig.send(renderer.frame())
+    background = rig.node._reader.perception.background
+    rig.until(lambda: len(heard) >= 2, 'the camera as configured')
+    # Configured with the first frame, levelled when the background was known.
+    rig.until(lambda: len(heard) == 3, 'the camera as levelled')
+    assert {t.header.frame_id for t in heard[-1].transforms} == {'base_link'}
+    camera = heard[-1].transforms[-1]
+    assert camera.child_frame_id == 'camera_rgb_optical_frame'
+    pose = matrix(camera)
+    np.testing.assert_allclose(pose, background.view.pose, atol=1e-9)
+    np.testing.assert_allclose(pose, WORLD.camera.pose(), atol=0.01)
+    left = heard[-1].transforms[1].transform.translation
+    assert (left.y > 0, left.z) == (True, 0.0)
+
+
+def test_latency_is_of_the_simulated_clock_once_it_is_heard(rig: Rig, renderer) -> None:
+    clock = rig.probe.create_publisher(Clock, '/clock', 1)
+    rig.node.set_parameters([Parameter('use_sim_time', value=True)])
+    rig.info(renderer.frame())
+    rig.send(renderer.frame())
+    assert 'latency p50 (ms)' not in rig.node.counts.described()
+    frame = renderer.frame()
+    now = frame.stamp + 20_000_000
+    rig.until(lambda: clock.get_subscription_count() > 0, 'the subscription of /clock')
+    clock.publish(Clock(clock=time_msg(now)))
+    rig.until(lambda: rig.node.get_clock().now().nanoseconds == now, 'the time')
+    rig.send(frame)
+    assert rig.node.counts.described()['latency p50 (ms)'] == '20.0'
+    count = len(rig.diagnostics)
+    # The clock stands still, diagnostics go on.
+    rig.until(lambda: len(rig.diagnostics) >= count + 2, 'diagnostics')
+    assert stamp_ns(rig.diagnostics[-1].header.stamp) == now
+
+
+def test_qos_of_camera_topics_and_table_state_is_set_by_parameters() -> None:
+    camera, table = '/camera/rgb/image_rect_color', '/table_state'
+    with domain_id() as domain:
+        rclpy.init(domain_id=domain)
+        changes = {f'{camera}.subscription': 'reliable', f'{table}.publisher': 'best_effort'}
+        node = PerceptionNode(
+            [Parameter(f'qos_overrides.{k}.reliability', value=v) for k, v in changes.items()]
+        )
+        (image,) = node.get_subscriptions_info_by_topic(camera)
+        (depth,) = node.get_subscriptions_info_by_topic('/camera/depth_registered/image_rect')
+        (state,) = node.get_publishers_info_by_topic(table)
+        node.destroy_node()
+        rclpy.try_shutdown()
+    assert image.qos_profile.reliability is ReliabilityPolicy.RELIABLE
+    assert depth.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+    assert state.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+
+
+def matrix(message: TransformStamped) -> np.ndarray:
+    t, q = message.transform.translation, message.transform.rotation
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    pose[:3, 3] = t.x, t.y, t.z
+    return pose
 
 
 def _level(message: DiagnosticArray) -> int:

@@ -21,7 +21,8 @@ from likeme_replay.recording_writer import Recording, summary
 #: Topics that a replay needs, and those for inspection.
 TOPICS = (
     COLOUR, DEPTH, INFO, 'table_state', FRAME_DONE, 'demonstration', 'goal_belief', 'decision',
-    'outcome', HEARD, 'world', 'joint_states', '/clock', '/diagnostics',
+    'outcome', HEARD, 'world', 'joint_states', 'tf', 'tf_static', 'robot_description', '/clock',
+    '/diagnostics',
 )  # fmt: skip
 #: Folder of recordings that are named without one.
 FOLDER = Path('out/bags')

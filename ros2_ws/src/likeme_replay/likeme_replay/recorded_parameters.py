@@ -23,7 +23,7 @@ RETIRED: dict[str, Any] = {
 }
 NODES = ('perception_node', 'inference_node')
 #: Parameters that a replay sets itself.
-IGNORED = ('replayed', 'use_sim_time', 'start_type_description_service')
+IGNORED = ('qos_overrides', 'replayed', 'use_sim_time', 'start_type_description_service')
 
 Parameters = dict[str, dict[str, Any]]
 

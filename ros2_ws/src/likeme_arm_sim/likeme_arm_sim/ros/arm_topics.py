@@ -8,6 +8,7 @@ from sensor_msgs.msg import JointState
 
 from likeme_arm_sim import messages
 from likeme_arm_sim.simulation_driver import SimulationDriver
+from likeme_core.ros.qos import OVERRIDABLE
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.msg import TableState
 
@@ -27,7 +28,9 @@ class ArmTopics:
         self._logger = node.get_logger()
         self.dropped = 0
         self._joints = node.create_publisher(JointState, 'joint_states', 10)
-        node.create_subscription(TableState, 'table_state', self._on_table_state, 1)
+        node.create_subscription(
+            TableState, 'table_state', self._on_table_state, 1, qos_overriding_options=OVERRIDABLE
+        )
 
     def publish(self, stamp: Time) -> None:
         """Publish the present joint state."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import uuid
+from collections.abc import Callable
+from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
@@ -18,6 +20,11 @@ from likeme_msgs.srv import ExecuteAction, MotionStatus
 SERVICES = {Actor.ROBOT: 'arm/execute_action', Actor.HUMAN: 'human/execute_action'}
 STATUS_SERVICES = {Actor.ROBOT: 'arm/motion_status', Actor.HUMAN: 'human/motion_status'}
 BUSY = 'My last motion is still in progress: nothing was started.'
+
+
+def new_id() -> str:
+    """An id for a request without one: people at a console give none."""
+    return uuid.uuid4().hex
 
 
 class MotionService:
@@ -45,18 +52,28 @@ class MotionService:
     async def _execute(
         self, request: ExecuteAction.Request, response: ExecuteAction.Response
     ) -> ExecuteAction.Response:
-        # People at a console give none.
-        request.id = request.id or uuid.uuid4().hex
+        request.id = request.id or new_id()
         response.id = request.id
-        report = await self._report(request)
+        return messages.motion_response(await self.carry_out(request), response)
+
+    async def carry_out(
+        self, request: Any, cancelled: Callable[[], bool] = lambda: False
+    ) -> StampedResult:
+        """Carry out a request once.
+
+        Args:
+            request: of the service, or a goal of the action; with an id.
+            cancelled: asked at every control step.
+        """
+        report = await self._report(request, cancelled)
         if report.started:
             self.motions += 1
         else:
             self.refused += 1
         self._node.get_logger().info(f'{report.outcome.name}: {report.message}')
-        return messages.motion_response(report, response)
+        return report
 
-    async def _report(self, request: ExecuteAction.Request) -> StampedResult:
+    async def _report(self, request: Any, cancelled: Callable[[], bool]) -> StampedResult:
         try:
             self._driver.cell.world.check_label(request.world)
         except ValueError as error:
@@ -65,11 +82,15 @@ class MotionService:
         before = self._find(request.id)
         if before is not None:
             return StampedResult(MotionOutcome.REPEATED, before.refusal)
-        job = self._driver.execute(
-            MotionRequest(
-                self._actor, request.object, request.action, stamp_ns(request.expires), request.id
-            )
+        motion = MotionRequest(
+            self._actor,
+            request.object,
+            request.action,
+            stamp_ns(request.expires),
+            request.id,
+            cancelled,
         )
+        job = self._driver.execute(motion)
         if job is None:
             return StampedResult(MotionOutcome.BUSY, BUSY)
         await job_ended(self._node, job)

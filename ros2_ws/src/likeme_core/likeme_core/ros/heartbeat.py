@@ -11,7 +11,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from likeme_core.heartbeats import HEARTBEAT_PERIOD, HeartbeatMonitor, NodeState
 from likeme_core.ros.diagnostics import software_version
-from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.ros.time import steady_clock
 from likeme_msgs.msg import Heartbeat
 
 #: A lost heartbeat is not sent again: the next one follows in 50 ms.
@@ -48,7 +48,7 @@ class HeartbeatPublisher:
             node=self._node.get_fully_qualified_name(), run=self.run, sequence=self._sequence,
             state=int(state), message=message, version=self.version,
         )  # fmt: skip
-        beat.header.stamp = time_msg(time.time_ns())
+        beat.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(beat)
 
 

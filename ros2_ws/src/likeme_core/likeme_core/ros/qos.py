@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
 
 def kept(depth: int) -> QoSProfile:
@@ -14,3 +15,6 @@ def kept(depth: int) -> QoSProfile:
 LATCHED = kept(1)
 #: Subscription to camera topics: newest frames, without retransmission.
 CAMERA = QoSProfile(depth=2, reliability=ReliabilityPolicy.BEST_EFFORT)
+#: For topics whose history, depth and reliability may be set by parameters when a node starts:
+#: qos_overrides./TOPIC.subscription.reliability and so on.
+OVERRIDABLE = QoSOverridingOptions.with_default_policies()

@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.node import Node
 from std_msgs.msg import Header
 
+from likeme_core.ros.qos import OVERRIDABLE
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_core.world import World
 from likeme_inference.experience.store_error import StoreError
@@ -76,7 +77,10 @@ class SessionInputs:
             (InputKind.DEMONSTRATION, Demonstration, 'demonstration', 10),
             (InputKind.TABLE_STATE, TableState, 'table_state', 1),
         ):
-            node.create_subscription(message, topic, partial(self._on_message, kind), depth)
+            node.create_subscription(
+                message, topic, partial(self._on_message, kind), depth,
+                qos_overriding_options=OVERRIDABLE,
+            )  # fmt: skip
         node.create_subscription(Heard, 'hear_again', self._on_hear_again, QUEUE_DEPTH)
 
     def restart(self, replayed: bool) -> None:

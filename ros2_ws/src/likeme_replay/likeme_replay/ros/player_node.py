@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -12,6 +11,7 @@ from rosbags.interfaces import Qos
 from rosgraph_msgs.msg import Clock
 
 from likeme_bags.values import Record, Topic
+from likeme_core.ros.message_types import message_class
 from likeme_core.ros.time import time_msg
 from likeme_core.stamps import SECOND
 from likeme_replay.playback_control import MAX_STEP_BACK, PlaybackControl
@@ -103,15 +103,6 @@ class PlayerNode(WaitingNode):
         self._now = max(self._now, stamp)
         if self._clock_pub is not None:
             self._clock_pub.publish(Clock(clock=time_msg(self._now)))
-
-
-def message_class(name: str) -> Any:
-    """The class of 'package/msg/Name', None when it is not installed."""
-    package, _, kind = name.partition('/msg/')
-    try:
-        return getattr(importlib.import_module(f'{package}.msg'), kind, None)
-    except (ImportError, ValueError):
-        return None
 
 
 def profile_of(offered: Sequence[Qos], overrides: Mapping[str, Any]) -> QoSProfile:

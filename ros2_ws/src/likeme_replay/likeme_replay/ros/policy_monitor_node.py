@@ -13,13 +13,13 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg
+from likeme_core.ros.message_types import message_class
 from likeme_core.ros.spin import run_node
-from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.ros.time import steady_clock
 from likeme_core.stamps import SECOND
 from likeme_msgs.srv import AskHuman
 from likeme_replay.policies.monitor import PolicyMonitor
 from likeme_replay.policies.policy import QUESTIONS, TOPICS
-from likeme_replay.ros.player_node import message_class
 
 #: Topics whose publishers keep messages for late subscribers.
 LATCHED_TOPICS = (
@@ -111,7 +111,7 @@ class PolicyMonitorNode(Node):
             message += f' The last: {last.policy}: {last.sentence}'
         level = DiagnosticStatus.ERROR if broken else DiagnosticStatus.OK
         values = {'messages': self._monitor.messages, **counts}
-        stamp = time_msg(time.time_ns())
+        stamp = self.get_clock().now().to_msg()
         self._diagnostics.publish(diagnostics_msg('policy_monitor', level, message, values, stamp))
 
 

@@ -28,13 +28,13 @@ from rosbags.interfaces import (
     QosTime,
 )
 
+from likeme_core.ros.message_types import message_class
 from likeme_core.ros.qos import LATCHED
 from likeme_core.world.values import label_of
 from likeme_msgs.msg import World
 from likeme_replay import recorded_parameters
 from likeme_replay.message_definitions import UnknownTypeError, definitions
 from likeme_replay.recording_writer import ReceivedMessage, RecordedTopic, Recording
-from likeme_replay.ros.player_node import message_class
 
 #: s between two searches for new topics and nodes.
 DISCOVERY_PERIOD = 0.2
@@ -113,7 +113,7 @@ class RecordNode(Node):
             return
         qos = tuple(_as_recorded(offer.qos_profile) for offer in offers)
         self._recording.add_topic(RecordedTopic(topic, types[0], definition, qos))
-        profile = _compatible_profile([offer.qos_profile for offer in offers])
+        profile = compatible_profile([offer.qos_profile for offer in offers])
         receive = partial(self._receive, topic)
         # rclpy inspects the signature: with two parameters it passes the reception time.
         self._create(kind, topic, lambda data, info: receive(data, info), profile)
@@ -184,7 +184,7 @@ def record_topics(
     return gaps._replace(lost=gaps.lost + recording.lost)
 
 
-def _compatible_profile(offers: list[QoSProfile]) -> QoSProfile:
+def compatible_profile(offers: list[QoSProfile]) -> QoSProfile:
     """The strictest QoS that all publishers offer: DDS connects no publisher that offers less."""
     reliable = all(q.reliability == ReliabilityPolicy.RELIABLE for q in offers)
     latched = all(q.durability == DurabilityPolicy.TRANSIENT_LOCAL for q in offers)
