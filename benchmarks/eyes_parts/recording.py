@@ -83,11 +83,13 @@ def recorded(seed: int, acts: int) -> Recording:
 
 
 def _drawn(cell: Cell, k: int, rng: np.random.Generator) -> tuple[str, Action]:
-    """The next act: mostly to the other side, every fourth off the table."""
+    """The next act: mostly to the other side, every fourth off the table, the next back."""
     truth = cell.true_states()
     there = [name for name in WORLD.objects if truth[name].state != OFFTABLE]
-    name = str(rng.choice(there))
-    push = bool(k % 2)
+    name, push = str(rng.choice(there)), bool(k % 2)
+    off = [name for name in WORLD.objects if name not in there]
+    if k % 4 == 0 and off:
+        return off[0], PLACE_LEFT if rng.random() < 0.5 else PLACE_RIGHT
     if k % 4 == 3 and len(there) > 1:
         return name, PUSH_OFFTABLE if rng.random() < 0.5 else PLACE_OFFTABLE
     if truth[name].state == LEFT:
