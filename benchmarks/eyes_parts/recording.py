@@ -71,6 +71,11 @@ class Recording:
         )
         return not any(each.hand for each in last) and max(moved) < 0.003
 
+    def arrived(self, act: Act, m: int) -> bool:
+        """Whether the object of an act is within 5 cm of where it comes to rest."""
+        now, end = (self.moments[k].toys[act.change[0]][:3, 3] for k in (m, act.last))
+        return bool(np.linalg.norm(now - end) < 0.05)
+
 
 def recorded(seed: int, acts: int) -> Recording:
     """A cell in which a person does some acts."""

@@ -111,8 +111,11 @@ class Watcher:
         for moment, said in self._found:
             of = (said.object, said.x_i, said.x_f)
             for act in self._film.acts:
-                over = not self._film.moments[moment].hand
-                if over and act.first <= moment <= act.last + RATE and act.change[:3] == of:
+                if (
+                    self._film.arrived(act, moment)
+                    and act.first <= moment <= act.last + RATE
+                    and act.change[:3] == of
+                ):
                     score.right += act.change[0] not in hidden
                     score.manner += said.manner is act.change[3]
                     break
