@@ -83,6 +83,15 @@ class AbsorbedRegion:
         return replace(background, nearest=nearest, table=table)
 
 
+def covered_region(background: Background) -> AbsorbedRegion:
+    """What a hand hid of the table while the background was learned, as if it were absorbed."""
+    pixels = np.flatnonzero(background.covered)
+    table = np.ones(len(pixels), bool)
+    return AbsorbedRegion(
+        pixels, background.depth.ravel()[pixels], background.bare.ravel()[pixels], table
+    )
+
+
 def absorb(
     background: Background, frame: RgbdFrame, pixels: Index
 ) -> tuple[Background, AbsorbedRegion]:

@@ -88,7 +88,8 @@ def table_of(data: Mapping[str, Any]) -> Table:
         for line in data.get('lines', [])
     )
     thickness, floor = float(data.get('thickness', 0.03)), float(data.get('floor', -0.20))
-    return Table(rectangle_of(data['top']), thickness, floor, lines)
+    colour = tuple(data['colour']) if 'colour' in data else None
+    return Table(rectangle_of(data['top']), thickness, floor, lines, colour)
 
 
 def area_of(region: Mapping[str, Any]) -> Area | None:
