@@ -21,6 +21,9 @@ _SATURATED = 250.0
 # Below this share of the taught light a step of 8 bits is over 10 % of a usual colour.
 _DARKEST = 0.04
 
+#: Reasons why colours cannot be told.
+TOO_DARK, OVEREXPOSED = 'image too dark', 'image overexposed'
+
 
 class Light(NamedTuple):
     """Each channel's factor over the taught light; why colours cannot be told, if they cannot."""
@@ -49,9 +52,9 @@ def light_of(seen: Rgb, taught: Rgb) -> Light:
     factor = [max(s, 0.5) / max(t, 1.0) for s, t in zip(seen, taught, strict=True)]
     clear = [f for f, s, t in zip(factor, seen, taught, strict=True) if s < max(_SATURATED, t)]
     if max(factor) < _DARKEST:
-        return Light((factor[0], factor[1], factor[2]), 'image too dark')
+        return Light((factor[0], factor[1], factor[2]), TOO_DARK)
     if not clear or (max(clear) < max(factor) - _TOLERANCE and max(seen) >= _SATURATED):
-        return Light((factor[0], factor[1], factor[2]), 'image overexposed')
+        return Light((factor[0], factor[1], factor[2]), OVEREXPOSED)
     brightest = max(clear)
     red, green, blue = (
         f if s < max(_SATURATED, t) else max(f, brightest)

@@ -28,7 +28,7 @@ ImageF = NDArray[np.float32]
 _WHOLE_FRACTION = 0.85
 # Step of the moving average of the usual area.
 _AREA_STEP = 0.05
-# An object is held if its top is this much (m) higher than at rest; the neighbourhood (pixels) in
+# An object is held if its top is this much (m) higher than it can stand; the neighbourhood (pixels) in
 # which a hand touches it.
 _RAISED, _TOUCH = 0.03, np.ones((15, 15), np.uint8)
 
@@ -182,8 +182,8 @@ class ObjectTrack:
         return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
 
     def _held_by_absorbed(self, s: ObjectDetection, context: FrameContext) -> bool:
-        """Whether the object is above where it lay, beside an absorbed hand that may hold it."""
-        raised = s.shape.height > self._usual_shape.height + _RAISED
+        """Whether the object is higher than it can stand, beside an absorbed hand."""
+        raised = s.shape.height > max(self.known.height, self.known.length) + _RAISED
         return raised and bool(cv2.dilate(context.absorbed_mask, _TOUCH).take(s.blob.pixels).any())
 
     def _unseen(self, stamp: int, context: FrameContext, maybe: bool) -> ObjectObservation:

@@ -26,7 +26,7 @@ from likeme_perception.identification import (
     assign,
     identity_probability,
 )
-from likeme_perception.light import Light, as_taught, light_of, table_colour
+from likeme_perception.light import Light, Rgb, as_taught, light_of, table_colour
 from likeme_perception.object_track import FrameContext, ObjectDetection, ObjectTrack
 from likeme_perception.observation import TableObservation, UnresolvedReason
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
@@ -37,7 +37,7 @@ from likeme_perception.static_foreground import (
     absorb,
     covered_region,
 )
-from likeme_perception.table_check import TableCheck
+from likeme_perception.table_check import CAMERA_MOVED, DEPTH_MISSING, TableCheck
 from likeme_perception.top_view import correct_self_occlusion, shape_of, top_view_parts
 from likeme_perception.touching_objects import merge_parts, split_by_colour
 
@@ -83,6 +83,11 @@ class TabletopPerception:
         self.demonstrations = DemonstrationTracker(self.config)
 
     @property
+    def reason(self) -> str:
+        """Why the last frame told nothing; empty if it was read."""
+        return '' if self._last is None else self._last.reason
+
+    @property
     def restarts(self) -> int:
         """How often learning of the background was restarted because something moved."""
         return self._learner.restarts
@@ -97,7 +102,7 @@ class TabletopPerception:
         return {
             'background restarts': str(self.restarts),
             'still hands or arms made background': str(self.absorbed_count),
-            'frame not read': '' if self._last is None else self._last.reason,
+            'states unknown because': self.reason,
         } | {
             f'acts not understood: {reason}': str(self.demonstrations.unresolved[reason])
             for reason in UnresolvedReason
@@ -152,9 +157,9 @@ class TabletopPerception:
         """The frame in the taught colours without single holes, and its light or why not."""
         light = self._light(frame.rgb, check, check.bare_now(frame))
         if check.camera_moved(frame):
-            return frame, light._replace(reason='camera moved')
+            return frame, light._replace(reason=CAMERA_MOVED)
         if check.unread(frame):
-            return frame, light._replace(reason='depth missing')
+            return frame, light._replace(reason=DEPTH_MISSING)
         if light.reason:
             return frame, light
         frame = with_holes_filled(frame)
@@ -168,6 +173,12 @@ class TabletopPerception:
             last is not None and last.hand_in_view, last is not None and last.arm_in_view,
             objects=tuple(track.unknown(regions) for track in self._tracks), reason=reason,
         )  # fmt: skip
+
+    def bare_table_colour(self, frame: RgbdFrame) -> Rgb | None:
+        """RGB of the table in a frame, for `table.colour` of a world file; None: not seen."""
+        if self._check is None or not self._check.enough:
+            return None
+        return table_colour(frame.rgb, self._check.bare_now(frame))
 
     def largest_unknown(self, frame: RgbdFrame, table: TableObservation) -> ObjectSample | None:
         """The largest object in a processed frame that is not in the catalogue; None: none."""

@@ -30,6 +30,9 @@ _LEAST_ON_PLANE = 0.3
 # Points within this (m) of a plane lie on it.
 _ON_PLANE = 0.01
 
+#: Reasons why a frame tells nothing.
+CAMERA_MOVED, DEPTH_MISSING = 'camera moved', 'depth missing'
+
 
 class TableCheck:
     """Checks frames against the background that was learned before them.
