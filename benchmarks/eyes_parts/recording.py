@@ -119,7 +119,7 @@ class _Film:
         self.cell.run_action(Actor.HUMAN, name, action, lambda _: None, self._tick)
         self.rest(REST)
         after, last = self.cell.true_states()[name].state, len(self.recording.moments) - 1
-        if before != after:
+        if before is not None and after is not None and before != after:
             manner = Manner.PUSH if action.manner is Manner.PUSH else Manner.PLACE
             self.recording.acts.append(Act((name, before, after, manner), first, last))
 

@@ -34,4 +34,4 @@ class Table:
     thickness: float
     floor_z: float
     lines: tuple[PaintedLine, ...] = ()
-    colour: Colour | None = None
+    colour: tuple[float, float, float] | None = None

@@ -64,7 +64,8 @@ class Background:
 
         absorbed: pixels (H, W) of still hands and arms, which hide it.
         """
-        read = np.isfinite(frame.depth)
+        # A comparison with NaN is False.
+        read = frame.depth > 0
         if absorbed.any():
             read &= absorbed == 0
         return not bool((self._table_blocks & (_block_means(read) < _READ)).any())
@@ -73,8 +74,8 @@ class Background:
 def _block_means(mask: Mask) -> ImageF:
     """Share of a mask (H, W) in each block of it."""
     size = max(mask.shape[1] // _BLOCK, 1), max(mask.shape[0] // _BLOCK, 1)
-    blocks = cv2.resize(mask.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-    return np.asarray(blocks, np.float32)
+    blocks = cv2.resize(mask.view(np.uint8) * np.uint8(255), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(blocks, np.float32) / np.float32(255)
 
 
 class BackgroundLearner:

@@ -76,4 +76,4 @@ def as_taught(rgb: ImageB, light: Light) -> ImageB:
 def _correction(red: float, green: float, blue: float) -> ImageB:
     """Look-up table of the inverse factors, (1, 256, 3)."""
     values = np.arange(256)[:, None] / np.array([red, green, blue])
-    return np.clip(np.rint(values), 0, 255).astype(np.uint8)[None]
+    return np.asarray(np.clip(np.rint(values), 0, 255), np.uint8)[None]

@@ -28,8 +28,8 @@ ImageF = NDArray[np.float32]
 _WHOLE_FRACTION = 0.85
 # Step of the moving average of the usual area.
 _AREA_STEP = 0.05
-# An object is held if its top is this much (m) higher than it can stand; the neighbourhood (pixels) in
-# which a hand touches it.
+# An object is held if its top is this much (m) higher than it can stand; the neighbourhood
+# (pixels) in which a hand touches it.
 _RAISED, _TOUCH = 0.03, np.ones((15, 15), np.uint8)
 
 

@@ -16,6 +16,8 @@ Index = NDArray[np.intp]
 
 # One pixel in so many of the bare table is looked at, and the least number of them for a verdict.
 _EVERY, _LEAST = 17, 50
+# Of these every so manieth is enough for light and holes; the edges need more.
+_COARSER = 5
 # Least share of them with a reading: with less, objects are no longer found (bench.sh eyes).
 _LEAST_READ = 0.4
 # s between two looks at the plane; so many deviating ones in a row are a moved camera.
@@ -47,29 +49,30 @@ class TableCheck:
         bare = background.table & (np.abs(height) < _ON_PLANE)
         inner = cv2.erode(bare.astype(np.uint8), np.ones((2 * _EDGE + 1,) * 2, np.uint8))
         self._pixels = np.flatnonzero(inner)[::_EVERY]
+        self._some = self._pixels[::_COARSER]
+        self._slope = self._view.slope.take(self._some)
         self._looked, self._deviating = 0, 0
         self.moved = False
 
     @property
     def pixels(self) -> Index:
         """Pixels that showed the bare table when the background was learned, flat indices."""
-        return self._pixels
+        return self._some
 
     @cached_property
     def enough(self) -> bool:
         """Whether enough of the table was bare to judge by it."""
-        return len(self._pixels) >= _LEAST
+        return len(self._some) >= _LEAST
 
     def bare_now(self, frame: RgbdFrame) -> Index:
         """Those of them that nothing covers now; all, if there are too few to tell."""
-        depth = frame.depth.take(self._pixels)
-        height = depth * self._view.slope.take(self._pixels) + self._view.origin[2]
-        bare = self._pixels[np.abs(height) < _ON_PLANE]
-        return bare if len(bare) >= _LEAST else self._pixels
+        height = frame.depth.take(self._some) * self._slope + self._view.origin[2]
+        bare = self._some[np.abs(height) < _ON_PLANE]
+        return bare if len(bare) >= _LEAST else self._some
 
     def unread(self, frame: RgbdFrame) -> bool:
         """Whether too little of the table has a depth reading."""
-        read = np.isfinite(frame.depth.take(self._pixels))
+        read = np.isfinite(frame.depth.take(self._some))
         return self.enough and float(read.mean()) < _LEAST_READ
 
     def camera_moved(self, frame: RgbdFrame) -> bool:

@@ -88,7 +88,10 @@ def table_of(data: Mapping[str, Any]) -> Table:
         for line in data.get('lines', [])
     )
     thickness, floor = float(data.get('thickness', 0.03)), float(data.get('floor', -0.20))
-    colour = tuple(data['colour']) if 'colour' in data else None
+    colour = None
+    if 'colour' in data:
+        red, green, blue = map(float, data['colour'])
+        colour = red, green, blue
     return Table(rectangle_of(data['top']), thickness, floor, lines, colour)
 
 
