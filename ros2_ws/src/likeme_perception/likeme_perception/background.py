@@ -25,9 +25,9 @@ Mask = NDArray[np.bool_]
 # The scene moved if the depth deviates by more than this (m) in more than this share of pixels.
 _UNSTEADY_DEPTH = 0.05
 _UNSTEADY_SHARE = 0.015
-# Edge (pixels) of the blocks in which depth is looked for, 3 cm at 1 m: less than any object; and
-# the share of readings from which a block is seen.
-_BLOCK, _READ = 16, 0.25
+# Edge (m) of the blocks of the table in which depth is looked for, less than an object's; and the
+# share of readings from which a block is seen.
+_BLOCK, _READ = 0.03, 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,8 @@ class Background:
     nearest: (H, W) m; a smaller reading is foreground. table: pixels whose background is the table
     plane. colour: mean RGB, (H, W, 3). depth: mean, (H, W) m. area: the table top. covered: pixels
     of the table that something from beside it, a hand, hid: nothing was learned there. bare: depth
-    below which a pixel of the table is foreground once it is uncovered, (H, W) m.
+    below which a pixel of the table is foreground once it is uncovered, (H, W) m. top: `table` as
+    it was learned, with what was covered since.
     """
 
     view: CameraView
@@ -48,6 +49,7 @@ class Background:
     area: Rectangle
     covered: Mask
     bare: ImageF
+    top: Mask
 
     def foreground(self, frame: RgbdFrame) -> ImageB:
         """Foreground mask, morphologically opened, (H, W) 0 or 1."""
@@ -57,7 +59,14 @@ class Background:
     @cached_property
     def _table_blocks(self) -> Mask:
         """Blocks of the image that show the table and were read when it was learned."""
-        return (_block_means(self.table) > 0.9) & (_block_means(np.isfinite(self.depth)) > _READ)
+        read = _block_means(np.isfinite(self.depth), self._block)
+        return (_block_means(self.top, self._block) > 0.9) & (read > _READ)
+
+    @cached_property
+    def _block(self) -> int:
+        """Edge of a block, pixels."""
+        distance = float(np.nanmedian(self.depth[self.table])) if self.table.any() else 1.0
+        return max(1, round(_BLOCK * self.view.intrinsics.fx / distance))
 
     def table_seen(self, frame: RgbdFrame, absorbed: ImageB) -> bool:
         """Whether all of the table has depth, so that no object on it can be missed.
@@ -68,12 +77,12 @@ class Background:
         read = frame.depth > 0
         if absorbed.any():
             read &= absorbed == 0
-        return not bool((self._table_blocks & (_block_means(read) < _READ)).any())
+        return not bool((self._table_blocks & (_block_means(read, self._block) < _READ)).any())
 
 
-def _block_means(mask: Mask) -> ImageF:
-    """Share of a mask (H, W) in each block of it."""
-    size = max(mask.shape[1] // _BLOCK, 1), max(mask.shape[0] // _BLOCK, 1)
+def _block_means(mask: Mask, edge: int) -> ImageF:
+    """Share of a mask (H, W) in each block of some pixels' edge."""
+    size = max(mask.shape[1] // edge, 1), max(mask.shape[0] // edge, 1)
     blocks = cv2.resize(mask.view(np.uint8) * np.uint8(255), size, interpolation=cv2.INTER_AREA)
     return np.asarray(blocks, np.float32) / np.float32(255)
 
@@ -154,8 +163,9 @@ def learned_background(
     if config.table is None and not config.empty_at_start:
         nearest = np.where(on_table | objects, nearest, 0)
     covered = _covered(structure, on_table, depth, view, config, area)
+    table = on_table | objects
     return Background(
-        view, nearest.astype(np.float32), on_table | objects, colour, depth, area, covered, bare
+        view, nearest.astype(np.float32), table, colour, depth, area, covered, bare, table
     )
 
 

@@ -96,6 +96,8 @@ class ObjectTrack:
         self._rest_since = 0
         self._unseen_since: int | None = None
         self._template: Template | None = None
+        # It was elsewhere, and then a hand came.
+        self._brought = False
 
     def unchanged(self, frame: RgbdFrame) -> Index:
         """Pixels in which the object at rest has not changed its depth since the template."""
@@ -122,9 +124,8 @@ class ObjectTrack:
             self._last = self._seen(frame, detection, fraction, context)
             return self._last
         seen = self._unseen(frame.stamp, context, maybe_seen)
-        # What was off the table is so again if it is not seen when the hand has left.
-        held = context.hand and self._last.state == context.regions.elsewhere
-        self._last = self._last if held else seen
+        if self._last.state != context.regions.elsewhere or seen.state is not None:
+            self._last = seen
         return seen
 
     def unknown(self, regions: Regions) -> ObjectObservation:
@@ -134,7 +135,7 @@ class ObjectTrack:
     def _seen(
         self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
     ) -> ObjectObservation:
-        self._unseen_since = None
+        self._unseen_since, self._brought = None, False
         partial = context.limb_in_view and (fraction < _WHOLE_FRACTION or s.beside_limb)
         shape, sigma = s.shape, self._config.centroid_sigma
         if partial:
@@ -199,7 +200,7 @@ class ObjectTrack:
         if self._unseen_since is None:
             self._unseen_since = stamp
         elsewhere = context.regions.elsewhere
-        if last.state == elsewhere and context.hand:
+        if last.state == elsewhere and self._may_be_back(context, maybe):
             return _not_visible(last, None, False, context.regions)
         if last.state != elsewhere and (maybe or self._may_be_hidden(context)):
             self._unseen_since = stamp
@@ -211,6 +212,13 @@ class ObjectTrack:
                 last, elsewhere, gone and not context.limb_in_view, context.regions
             )
         return _not_visible(last, last.state, False, context.regions)
+
+    def _may_be_back(self, context: FrameContext, maybe: bool) -> bool:
+        """Whether a hand may have brought the object since the whole table was seen without it."""
+        self._brought |= context.hand
+        if self._brought and not context.limb_in_view:
+            self._brought = maybe or not context.table_seen()
+        return self._brought
 
     def _may_be_hidden(self, context: FrameContext) -> bool:
         if context.limb_in_view or context.hidden_by_absorbed(self._last.centroid):

@@ -201,7 +201,7 @@ class TabletopPerception:
         foreground = background.foreground(frame)
         found = self._segmenter.segment(frame, foreground, background, self._protected(frame))
         limb = np.concatenate([found.hand, found.arm])
-        still = self._static.update(frame.stamp, limb, frame.depth.size)
+        still = self._static.update(frame.stamp, limb, frame.depth.size, found.detached)
         if still:
             self.background, region = absorb(background, frame, limb)
             self._absorbed = (*self._absorbed, region)

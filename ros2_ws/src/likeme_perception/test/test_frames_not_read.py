@@ -175,6 +175,15 @@ def test_a_longer_thing_of_the_same_colour_is_not_the_object(
     assert len(seen.unknown_objects) == 1
 
 
+def test_a_box_that_is_put_down_is_no_hand_for_long(renderer, catalogue, lemon, forearm) -> None:
+    perception = renderer.perception(catalogue)
+    box = replace(forearm(0.45, -0.30, 0.03), end=(0.45, 0.02, 0.03), colour=(90, 60, 40))
+    assert settle(perception, renderer, lemon(0.45, 0.2), box, frames=3).hand_in_view
+    seen = settle(perception, renderer, lemon(0.45, 0.2), box, frames=25)
+    assert (seen.hand_in_view, seen.object('lemon').state) == (False, LEFT)
+    assert seen.object('pear').state is None  # It may be under the box.
+
+
 def test_a_hand_that_stops_with_an_object_has_not_placed_it(
     renderer, catalogue, lemon, forearm
 ) -> None:
