@@ -26,10 +26,12 @@ class PaintedLine:
 class Table:
     """A slab with its top at z = 0 in base_link, m; an object with its centroid below has fallen.
 
-    lines: drawn on the top by the simulator; perception does not need them.
+    lines: drawn on the top by the simulator; perception does not need them. colour: RGB of the
+    bare top in the images that the objects' looks were measured in; None: not known.
     """
 
     top: Rectangle
     thickness: float
     floor_z: float
     lines: tuple[PaintedLine, ...] = ()
+    colour: tuple[float, float, float] | None = None

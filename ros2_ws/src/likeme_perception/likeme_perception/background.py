@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import cast
 
 import cv2
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from likeme_core.geometry import Rectangle
 from likeme_perception.camera_view import CameraView
 from likeme_perception.config import PerceptionConfig
+from likeme_perception.entry_side import entry_sides
 from likeme_perception.errors import NoTableError
 from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_sigma
 from likeme_perception.table_detection import find_table, table_pixels
@@ -23,6 +25,9 @@ Mask = NDArray[np.bool_]
 # The scene moved if the depth deviates by more than this (m) in more than this share of pixels.
 _UNSTEADY_DEPTH = 0.05
 _UNSTEADY_SHARE = 0.015
+# Edge (m) of the blocks of the table in which depth is looked for, less than an object's; and the
+# share of readings from which a block is seen.
+_BLOCK, _READ = 0.03, 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +35,10 @@ class Background:
     """The scene without objects, hands and arms, for a camera that does not move.
 
     nearest: (H, W) m; a smaller reading is foreground. table: pixels whose background is the table
-    plane. colour: mean RGB, (H, W, 3). depth: mean, (H, W) m. area: the table top.
+    plane. colour: mean RGB, (H, W, 3). depth: mean, (H, W) m. area: the table top. covered: pixels
+    of the table that something from beside it, a hand, hid: nothing was learned there. bare: depth
+    below which a pixel of the table is foreground once it is uncovered, (H, W) m. top: `table` as
+    it was learned, with what was covered since.
     """
 
     view: CameraView
@@ -39,11 +47,44 @@ class Background:
     colour: ImageB
     depth: ImageF
     area: Rectangle
+    covered: Mask
+    bare: ImageF
+    top: Mask
 
     def foreground(self, frame: RgbdFrame) -> ImageB:
         """Foreground mask, morphologically opened, (H, W) 0 or 1."""
         mask = (frame.depth < self.nearest).view(np.uint8)
         return cast(ImageB, cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)))
+
+    @cached_property
+    def _table_blocks(self) -> Mask:
+        """Blocks of the image that show the table and were read when it was learned."""
+        read = _block_means(np.isfinite(self.depth), self._block)
+        return (_block_means(self.top, self._block) > 0.9) & (read > _READ)
+
+    @cached_property
+    def _block(self) -> int:
+        """Edge of a block, pixels."""
+        distance = float(np.nanmedian(self.depth[self.table])) if self.table.any() else 1.0
+        return max(1, round(_BLOCK * self.view.intrinsics.fx / distance))
+
+    def table_seen(self, frame: RgbdFrame, absorbed: ImageB) -> bool:
+        """Whether all of the table has depth, so that no object on it can be missed.
+
+        absorbed: pixels (H, W) of still hands and arms, which hide it.
+        """
+        # A comparison with NaN is False.
+        read = frame.depth > 0
+        if absorbed.any():
+            read &= absorbed == 0
+        return not bool((self._table_blocks & (_block_means(read, self._block) < _READ)).any())
+
+
+def _block_means(mask: Mask, edge: int) -> ImageF:
+    """Share of a mask (H, W) in each block of some pixels' edge."""
+    size = max(mask.shape[1] // edge, 1), max(mask.shape[0] // edge, 1)
+    blocks = cv2.resize(mask.view(np.uint8) * np.uint8(255), size, interpolation=cv2.INTER_AREA)
+    return np.asarray(blocks, np.float32) / np.float32(255)
 
 
 class BackgroundLearner:
@@ -79,7 +120,7 @@ class BackgroundLearner:
         if self.frames < self._config.background_frames:
             return None
         mean, spread = self._statistics()
-        if np.mean(spread > _UNSTEADY_DEPTH) > _UNSTEADY_SHARE:
+        if np.mean(_wide(spread > _UNSTEADY_DEPTH)) > _UNSTEADY_SHARE:
             self.restarts += 1
             self._clear()
             return None
@@ -117,10 +158,45 @@ def learned_background(
     plane_pixels = (on_table & ~structure) | objects
     jump = config.min_height if config.empty_at_start else 0.01
     margin = np.maximum(config.height_sigmas * sigma, jump) + 3 * np.nan_to_num(spread)
-    nearest = np.where(plane_pixels, view.depth_at_height(least), _filled(depth) - margin)
+    bare = view.depth_at_height(least)
+    nearest = np.where(plane_pixels, bare, _filled(depth) - margin)
     if config.table is None and not config.empty_at_start:
         nearest = np.where(on_table | objects, nearest, 0)
-    return Background(view, nearest.astype(np.float32), on_table | objects, colour, depth, area)
+    covered = _covered(structure, on_table, depth, view, config, area)
+    table = on_table | objects
+    return Background(
+        view, nearest.astype(np.float32), table, colour, depth, area, covered, bare, table
+    )
+
+
+def _wide(mask: Mask) -> Mask:
+    """The mask without what is narrow: noise of the depth along edges."""
+    return cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, np.ones((5, 5), np.uint8)) > 0
+
+
+def _covered(
+    structure: Mask,
+    on_table: Mask,
+    depth: ImageF,
+    view: CameraView,
+    config: PerceptionConfig,
+    area: Rectangle,
+) -> Mask:
+    """Pixels of the table under what reaches in from a person's side, (H, W)."""
+    covered = np.zeros_like(on_table)
+    if config.empty_at_start or not (structure & on_table).any():
+        return covered
+    count, labels = cv2.connectedComponents(structure.astype(np.uint8))
+    for label in range(1, count):
+        pixels = np.flatnonzero((labels == label) & np.isfinite(depth))
+        over = (labels == label) & on_table
+        z = depth.ravel()[pixels]
+        xyz = view.points(pixels, z).T
+        if over.any() and entry_sides(
+            xyz, view.pixel_area(z), area, -config.fallen_depth, config.human_sides
+        ):
+            covered |= over
+    return covered
 
 
 def _filled(depth: ImageF) -> ImageF:

@@ -45,6 +45,9 @@ class PerceptionConfig:
     table: Rectangle | None = None
     # An object whose centroid is this far below the table top is elsewhere.
     fallen_depth: float = 0.03
+    # RGB of the bare table in the images that the catalogue's colours were measured in; None: not
+    # known, then only changes of the light after the background was learned are compensated.
+    table_colour: tuple[float, float, float] | None = None
     # Sides of the table, as seen by the robot, over which a person's hand and its own arm enter.
     human_sides: tuple[str, ...] = ('far',)
     robot_sides: tuple[str, ...] = ('near',)
@@ -122,6 +125,7 @@ def world_config(world: World) -> PerceptionConfig:
         camera_position=world.camera.position,
         camera_quaternion=(x, y, z, w),
         table=world.table.top,
+        table_colour=world.table.colour,
         fallen_depth=world.table.thickness,
         human_sides=world.person_sides,
         robot_sides=world.robot_sides,

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 from likeme_core.observations import Demonstration
 from likeme_core.stamps import seconds
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.manner_recognition import manner_probability
+from likeme_perception.manner_recognition import manner_probability, with_missing_frames
 from likeme_perception.observation import (
     ObjectObservation,
     TableObservation,
@@ -22,6 +23,10 @@ from likeme_perception.rise_estimation import (
     estimate_rise,
     horizontal_distance,
 )
+
+#: s between two frames from which an object may have been moved unseen; 5 Hz is still enough to
+#: tell all manners (bench.sh eyes).
+LONGEST_PERIOD = 0.25
 
 
 @dataclass
@@ -82,6 +87,18 @@ class DemonstrationTracker:
         )
         self.unresolved.update(act.reason for act in acts.unresolved)
         return acts
+
+    def interrupt(self, stamp: int) -> CompletedActs:
+        """Give up the act in progress: its hand stopped moving and may hold something.
+
+        What is at rest keeps the state it had before, so that the act counts when it goes on.
+        """
+        if self._episode is None:
+            return CompletedActs()
+        self._episode = None
+        act = UnresolvedAct(stamp, None, UnresolvedReason.STILL)
+        self.unresolved[act.reason] += 1
+        return CompletedActs((), (act,))
 
     def _store_settled(self, now: TableObservation) -> None:
         self._settled |= {o.name: o for o in now.objects if o.settled}
@@ -153,6 +170,7 @@ class DemonstrationTracker:
         c = self._config
         manners = () if c.world is None else c.world.manners
         p_manner = manner_probability(rise, c.place_rise, c.place_rise_scale, manners)
+        p_manner = with_missing_frames(p_manner, _missing_share(episode, before))
         # Of two that are equally likely, the one with the lower number.
         manner = min(p_manner, key=lambda m: (-p_manner[m], m))
         return Demonstration(
@@ -180,6 +198,18 @@ def _moved_at(episode: HandEpisode, before: ObjectObservation) -> int:
         ):
             return sample.stamp
     return episode.start
+
+
+def _missing_share(episode: HandEpisode, before: ObjectObservation) -> float:
+    """Share of the time in which the object moved that lies between frames too far apart."""
+    stamps = [s.stamp for s in episode.samples.get(before.name, [])]
+    moved, left = _moved_at(episode, before), episode.left or episode.start
+    gaps = [
+        seconds(b - a)
+        for a, b in pairwise(stamps)
+        if b >= moved and a <= left and seconds(b - a) > LONGEST_PERIOD
+    ]
+    return min(1.0, sum(gaps) / max(seconds(left - moved), LONGEST_PERIOD))
 
 
 def _was_moved(samples: list[TrackSample], before: ObjectObservation) -> bool:

@@ -71,6 +71,11 @@ class FrameReader:
         """Whether table states come of the frames."""
         return self.perception is not None and self.perception.background is not None
 
+    @property
+    def reason(self) -> str:
+        """Why the last frame that was read told nothing; empty if it did."""
+        return '' if self.perception is None else self.perception.reason
+
     def set_camera_info(self, info: Any) -> bool:
         """Use a CameraInfo from now on; whether it differs from the last, which restarts all.
 

@@ -50,7 +50,8 @@ _SEARCH_MARGIN = 0.25
 class HandArmSegmentation:
     """Pixels of hand and arm (flat indices), their areas over the table (m^2), and the rest.
 
-    tip: of the hand. objects: foreground blobs that are neither hand nor arm.
+    tip: of the hand. objects: foreground blobs that are neither hand nor arm. detached: whether
+    none of it reaches over the table's edge, so that size alone makes it a hand or an arm.
     """
 
     hand: Index
@@ -59,6 +60,7 @@ class HandArmSegmentation:
     arm_area: float
     tip: HandTip | None
     objects: tuple[Blob, ...]
+    detached: bool = False
 
 
 class HandArmSegmenter:
@@ -69,6 +71,7 @@ class HandArmSegmenter:
         self._config = config
         self._previous = {'hand': np.zeros(0, np.intp), 'arm': np.zeros(0, np.intp)}
         self._colours = {kind: HandArmColour(catalogue) for kind in self._previous}
+        self._reaches_in = False
 
     def segment(
         self, frame: RgbdFrame, foreground: ImageB, background: Background, protected: ImageB
@@ -79,6 +82,7 @@ class HandArmSegmenter:
         """
         found: dict[str, list[Blob]] = {'hand': [], 'arm': []}
         rest: list[Blob] = []
+        self._reaches_in = False
         for blob in blobs_of(image_components(foreground), frame, background.view):
             kind = self._kind(blob, frame, background)
             if kind is None:
@@ -101,6 +105,7 @@ class HandArmSegmenter:
         sides = c.human_sides + c.robot_sides
         area = background.view.pixel_area(frame.depth.take(blob.pixels))
         reached = entry_sides(blob.xyz, area, table, -c.fallen_depth, sides)
+        self._reaches_in |= bool(reached)
         if not reached and sides and self._too_large(blob, frame.depth.shape):
             reached = frozenset([nearest_side(blob.xyz, table, sides)])
         kinds = [
@@ -174,6 +179,7 @@ class HandArmSegmenter:
             _area_over_table(arm, frame.depth, background),
             hand_tip(hand, background, self._config.human_sides),
             tuple(objects),
+            not self._reaches_in,
         )
 
 

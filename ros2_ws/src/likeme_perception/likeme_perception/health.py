@@ -29,7 +29,15 @@ class FrameHealth:
         silent = now - self._read_at > FRAME_TIMEOUT
         why = self._dropped or f'no frame has come for {now - self._read_at:.0f} s'
         if reader.background_learned:
-            return (NodeState.DEGRADED, why) if silent else (NodeState.READY, '')
+            unknown = f'all states are unknown: {reader.reason}' if reader.reason else ''
+            why = why if silent else unknown
+            return (NodeState.DEGRADED, why) if why else (NodeState.READY, '')
         if reader.intrinsics is None:
             return NodeState.STARTING, self._dropped or 'no camera_info has come yet'
-        return NodeState.STARTING, why if silent else 'the background is learned'
+        return NodeState.STARTING, why if silent else _learning(reader)
+
+
+def _learning(reader: FrameReader) -> str:
+    restarts = reader.perception.restarts if reader.perception else 0
+    again = f', something moved: begun anew {restarts} times' if restarts else ''
+    return f'the background is learned{again}'

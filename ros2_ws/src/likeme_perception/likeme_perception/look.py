@@ -155,11 +155,16 @@ def look_at(
 def _learned_entry(
     name: str, frame: RgbdFrame, table: TableObservation, p: TabletopPerception
 ) -> str:
-    """An entry for a world file, as YAML, of the largest unknown object in view."""
+    """An entry for a world file, as YAML, of the largest unknown object in view.
+
+    A comment after it has the colour of the table.
+    """
     sample = p.largest_unknown(frame, table)
     if sample is None:
         raise ValueError('Expected one object on the table to learn, got 0.')
-    return object_yaml(catalogue_entry(name, [sample]))
+    colour = p.bare_table_colour(frame)
+    light = '' if colour is None else f'# table.colour: {[round(c) for c in colour]}\n'
+    return object_yaml(catalogue_entry(name, [sample])) + light
 
 
 def _settings(config: Path | None, world: World | None) -> PerceptionConfig | None:

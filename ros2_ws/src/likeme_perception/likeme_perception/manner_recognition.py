@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import exp
 
 from likeme_core.tabletop import Manner
@@ -41,3 +41,18 @@ def manner_probability(
         p[below], p[manner] = p[below] * (1 - above), p[below] * above
         below = manner
     return p
+
+
+def with_missing_frames(p: Mapping[Manner, float], share: float) -> dict[Manner, float]:
+    """p(manner) when a share of the motion was not seen.
+
+    The rise that was seen is a lower bound then: in that share of the cases the manner is any of
+    those that rise as high or higher, in the order of `p`.
+    """
+    order = list(p)
+    mixed = dict.fromkeys(order, 0.0)
+    for k, manner in enumerate(order):
+        mixed[manner] += p[manner] * (1 - share)
+        for higher in order[k:]:
+            mixed[higher] += p[manner] * share / len(order[k:])
+    return mixed

@@ -40,6 +40,7 @@ def table_state(
         hand_in_view=table.hand_in_view,
         arm_in_view=table.arm_in_view,
         settled=table.settled,
+        reason=table.reason,
         objects=[object_state(seen) for seen in table.objects],
     )
 
@@ -113,20 +114,22 @@ def image_message(rgb: np.ndarray, header: Header) -> Image:
 
 
 def diagnostics_message(
-    rate: FrameRate, learned: bool, facts: Mapping[str, str], stamp: Time
+    rate: FrameRate, learned: bool, facts: Mapping[str, str], stamp: Time, reason: str = ''
 ) -> DiagnosticArray:
-    """Diagnostics: level, summary and counts."""
-    level, summary = _status(rate, learned)
+    """Diagnostics: level, summary and counts; reason: why all states are unknown, if they are."""
+    level, summary = _status(rate, learned, reason)
     values = {'frame rate (Hz)': f'{rate.frames:.1f}', 'background learned': str(learned), **facts}
     name = 'likeme_perception: camera to table state'
     return diagnostics_msg(name, level, summary, values, stamp, 'camera')
 
 
-def _status(rate: FrameRate, learned: bool) -> tuple[bytes, str]:
+def _status(rate: FrameRate, learned: bool, reason: str) -> tuple[bytes, str]:
     if rate.frames == 0 and rate.drops == 0:
         return DiagnosticStatus.STALE, 'no frames'
     if rate.drops:
         return DiagnosticStatus.WARN, f'{rate.drops} frames dropped in the last second'
+    if reason:
+        return DiagnosticStatus.WARN, f'all states are unknown: {reason}'
     if not learned:
         return DiagnosticStatus.WARN, 'learning the background'
     return DiagnosticStatus.OK, 'watching the table'

@@ -54,6 +54,10 @@ _CONFIG: dict[str, tuple[str, tuple[float, float] | None]] = {
     'camera_position': ("position of the camera's optical frame, m; empty: estimated", None),
     'camera_quaternion': ('orientation of that frame, x y z w', None),
     'table': ('table top: x_min x_max y_min y_max, m; empty: estimated', None),
+    'table_colour': (
+        "RGB of the bare table where the objects' looks were measured; empty: not known",
+        None,
+    ),
     'human_sides': ("sides over which a person's hand enters: near far left right", None),
     'robot_sides': ("sides over which the robot's arm enters", None),
     'background_frames': ('number of frames to learn the background from', (1, 1000)),
@@ -61,7 +65,7 @@ _CONFIG: dict[str, tuple[str, tuple[float, float] | None]] = {
     'reference_frame': ('frame of all positions: x forward, y left, z up', None),
 }
 # Parameters whose empty list stands for None.
-_OPTIONAL = ('camera_position', 'table')
+_OPTIONAL = ('camera_position', 'table', 'table_colour')
 
 
 class NodeSettings(NamedTuple):
@@ -84,7 +88,8 @@ def _default(name: str, config: PerceptionConfig) -> Any:
 
 #: Parameters that describe the cell: their defaults are those of the world.
 GEOMETRY = (
-    'fallen_depth', 'camera_position', 'camera_quaternion', 'table', 'human_sides', 'robot_sides',
+    'fallen_depth', 'camera_position', 'camera_quaternion', 'table', 'table_colour', 'human_sides',
+    'robot_sides',
 )  # fmt: skip
 
 

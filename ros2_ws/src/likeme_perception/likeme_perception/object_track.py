@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +28,9 @@ ImageF = NDArray[np.float32]
 _WHOLE_FRACTION = 0.85
 # Step of the moving average of the usual area.
 _AREA_STEP = 0.05
+# An object is held if its top is this much (m) higher than it can stand; the neighbourhood
+# (pixels) in which a hand touches it.
+_RAISED, _TOUCH = 0.03, np.ones((15, 15), np.uint8)
 
 
 class ObjectDetection(NamedTuple):
@@ -44,7 +49,8 @@ class FrameContext(NamedTuple):
     """What a track needs to know of the rest of the frame.
 
     hand, arm: whether they are in view. limb_mask: their pixels, dilated, (H, W). absorbed_mask:
-    pixels of limbs that were absorbed into the background, (H, W).
+    pixels of limbs that were absorbed into the background, (H, W). table_seen: whether no part of
+    the table that could hide an object went unread.
     """
 
     hand: bool
@@ -53,6 +59,7 @@ class FrameContext(NamedTuple):
     absorbed_mask: NDArray[np.uint8]
     view: CameraView
     regions: Regions
+    table_seen: Callable[[], bool]
 
     @property
     def limb_in_view(self) -> bool:
@@ -89,6 +96,8 @@ class ObjectTrack:
         self._rest_since = 0
         self._unseen_since: int | None = None
         self._template: Template | None = None
+        # It was elsewhere, and then a hand came.
+        self._brought = False
 
     def unchanged(self, frame: RgbdFrame) -> Index:
         """Pixels in which the object at rest has not changed its depth since the template."""
@@ -99,25 +108,40 @@ class ObjectTrack:
         return np.asarray(self._template.pixels[near])
 
     def update(
-        self, frame: RgbdFrame, detection: ObjectDetection | None, context: FrameContext
+        self,
+        frame: RgbdFrame,
+        detection: ObjectDetection | None,
+        context: FrameContext,
+        maybe_seen: bool = False,
     ) -> ObjectObservation:
-        """Process one frame; detection: None if the object was not detected."""
+        """Process one frame.
+
+        detection: None if the object was not detected; maybe_seen: something that was not
+        identified may be it.
+        """
         fraction = 0.0 if detection is None else min(1.0, detection.blob.area / self._usual_area)
         if detection is not None and fraction >= self._config.visible_fraction:
             self._last = self._seen(frame, detection, fraction, context)
-        else:
-            self._last = self._unseen(frame.stamp, context)
-        return self._last
+            return self._last
+        seen = self._unseen(frame.stamp, context, maybe_seen)
+        if self._last.state != context.regions.elsewhere or seen.state is not None:
+            self._last = seen
+        return seen
+
+    def unknown(self, regions: Regions) -> ObjectObservation:
+        """The object in a frame that cannot be read; the track stays as it is."""
+        return _not_visible(self._last, None, False, regions)
 
     def _seen(
         self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
     ) -> ObjectObservation:
-        self._unseen_since = None
+        self._unseen_since, self._brought = None, False
         partial = context.limb_in_view and (fraction < _WHOLE_FRACTION or s.beside_limb)
         shape, sigma = s.shape, self._config.centroid_sigma
         if partial:
             shape, sigma = self._partly_seen(frame, s, fraction, context)
-        resting = self._at_rest(frame.stamp, shape)
+        held = self._held_by_absorbed(s, context)
+        resting = self._at_rest(frame.stamp, shape) and not held
         if not context.limb_in_view:
             self._usual_area += _AREA_STEP * (s.blob.area - self._usual_area)
         if resting and not partial:
@@ -158,20 +182,27 @@ class ObjectTrack:
             self._anchor, self._rest_since, self._template = (x, y), stamp, None
         return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
 
-    def _unseen(self, stamp: int, context: FrameContext) -> ObjectObservation:
+    def _held_by_absorbed(self, s: ObjectDetection, context: FrameContext) -> bool:
+        """Whether the object is higher than it can stand, beside an absorbed hand."""
+        raised = s.shape.height > max(self.known.height, self.known.length) + _RAISED
+        return raised and bool(cv2.dilate(context.absorbed_mask, _TOUCH).take(s.blob.pixels).any())
+
+    def _unseen(self, stamp: int, context: FrameContext, maybe: bool) -> ObjectObservation:
         """The object while it is not detected.
 
-        If it was elsewhere, it still is. Otherwise, if a hand or an arm is in view or an absorbed
-        one covers its place, it may be hidden or held: unknown. Otherwise it is elsewhere after
+        If it was elsewhere, it still is, unless a hand may bring it. Otherwise, if a hand or an
+        arm is in view, an absorbed one covers its place, a part of the table was not seen or
+        something may be it, it may be hidden or held: unknown. Otherwise it is elsewhere after
         absence_time.
         """
         last = self._last
         self._anchor = None
         if self._unseen_since is None:
             self._unseen_since = stamp
-        hidden = context.limb_in_view or context.hidden_by_absorbed(last.centroid)
         elsewhere = context.regions.elsewhere
-        if hidden and last.state != elsewhere:
+        if last.state == elsewhere and self._may_be_back(context, maybe):
+            return _not_visible(last, None, False, context.regions)
+        if last.state != elsewhere and (maybe or self._may_be_hidden(context)):
             self._unseen_since = stamp
             return _not_visible(last, None, False, context.regions)
         gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
@@ -181,6 +212,18 @@ class ObjectTrack:
                 last, elsewhere, gone and not context.limb_in_view, context.regions
             )
         return _not_visible(last, last.state, False, context.regions)
+
+    def _may_be_back(self, context: FrameContext, maybe: bool) -> bool:
+        """Whether a hand may have brought the object since the whole table was seen without it."""
+        self._brought |= context.hand
+        if self._brought and not context.limb_in_view:
+            self._brought = maybe or not context.table_seen()
+        return self._brought
+
+    def _may_be_hidden(self, context: FrameContext) -> bool:
+        if context.limb_in_view or context.hidden_by_absorbed(self._last.centroid):
+            return True
+        return not context.table_seen()
 
 
 def _not_visible(

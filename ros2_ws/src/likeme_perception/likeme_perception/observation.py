@@ -55,6 +55,7 @@ class UnresolvedReason(StrEnum):
     HIDDEN = 'object hidden'
     INTERRUPTED = 'arm came before object was at rest'
     HAND_AND_ARM = 'hand and arm in view together'
+    STILL = 'hand stopped moving'
 
 
 class UnresolvedAct(NamedTuple):
@@ -71,7 +72,8 @@ class TableObservation:
 
     learned: whether the background is known; without it there are no objects. demonstrations,
     unresolved: acts completed by this frame. hand, arm: pixels, flat indices. unknown_objects:
-    pixels and shape of objects that are not in the catalogue.
+    pixels and shape of objects that are not in the catalogue. reason: why the frame tells nothing,
+    so that every state is unknown; empty if it was read.
     """
 
     stamp: int
@@ -87,6 +89,7 @@ class TableObservation:
     hand: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     arm: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     unknown_objects: tuple[tuple[Index, Shape], ...] = ()
+    reason: str = ''
 
     @property
     def snapshot(self) -> TableSnapshot:

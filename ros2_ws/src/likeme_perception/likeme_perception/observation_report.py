@@ -13,6 +13,7 @@ def json_report(table: TableObservation) -> dict[str, Any]:
     return {
         'hand_in_view': table.hand_in_view,
         'arm_in_view': table.arm_in_view,
+        'reason': table.reason,
         'hand_pixels': len(table.hand),
         'objects': [
             {
@@ -43,7 +44,8 @@ def _shape_values(shape: Shape) -> dict[str, Any]:
 
 def text_report(table: TableObservation) -> str:
     """The observation as text, one line per object, hand and arm."""
-    lines = [
+    lines = [f'all states are unknown: {table.reason}'] if table.reason else []
+    lines += [
         f'{o.name}: {o.state_name}' + ('' if o.visible else ' (not in view)')
         for o in table.objects
     ]

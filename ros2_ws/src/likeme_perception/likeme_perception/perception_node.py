@@ -38,6 +38,7 @@ from likeme_perception.observation import TableObservation
 from likeme_perception.overlay import draw
 from likeme_perception.pairing import StampPairing
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
+from likeme_perception.table_check import CAMERA_MOVED
 
 Pose = NDArray[np.float64]
 
@@ -151,7 +152,7 @@ class PerceptionNode(ManagedNode):
         self._pairing: StampPairing[Image] = StampPairing(
             settings.pairing_tolerance, lambda image: stamp_ns(image.header.stamp)
         )
-        self._reader = FrameReader(settings, intrinsics)
+        self._reader, self._reason = FrameReader(settings, intrinsics), ''
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._restart(None)
@@ -230,6 +231,7 @@ class PerceptionNode(ManagedNode):
         self._frames.publish(frames)
 
     def _publish(self, table: TableObservation, frame: RgbdFrame, depth: Image) -> None:
+        self._log_reason(table.reason)
         reference = self._reader.settings.config.reference_frame
         self._table_pub.publish(messages.table_state(table, depth.header, reference, self._world))
         for act in table.demonstrations:
@@ -242,6 +244,17 @@ class PerceptionNode(ManagedNode):
             of = f' on {unresolved.object}' if unresolved.object else ''
             self.get_logger().warning(f'Act{of} not understood: {unresolved.reason}.')
         self._publish_pictures(table, frame, depth)
+
+    def _log_reason(self, reason: str) -> None:
+        """One line when frames can no longer be read, and one when they can again."""
+        if reason == self._reason:
+            return
+        self._reason = reason
+        if not reason:
+            self.get_logger().info('Frames can be read again.')
+            return
+        cure = '; call perception/reset when it rests' if reason == CAMERA_MOVED else ''
+        self.get_logger().warning(f'All states are UNKNOWN: {reason}{cure}.')
 
     def _publish_pictures(self, table: TableObservation, frame: RgbdFrame, depth: Image) -> None:
         """Publish markers and overlay while subscribed, less often than frames come."""
@@ -273,8 +286,10 @@ class PerceptionNode(ManagedNode):
             facts |= self._reader.perception.described()
         facts['unpaired images'] = str(self._pairing.unpaired)
         rate, now = self.counts.rate(time.monotonic()), self.get_clock().now().to_msg()
-        learned = self._reader.background_learned
-        self._diagnostics_pub.publish(messages.diagnostics_message(rate, learned, facts, now))
+        learned, reason = self._reader.background_learned, self._reader.reason
+        self._diagnostics_pub.publish(
+            messages.diagnostics_message(rate, learned, facts, now, reason)
+        )
 
 
 def main() -> int:

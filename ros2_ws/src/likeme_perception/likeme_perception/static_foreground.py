@@ -15,6 +15,8 @@ from likeme_perception.rgbd import RgbdFrame
 
 ImageF = NDArray[np.float32]
 
+# s after which something large is background that no hand or arm reaches in to.
+_DETACHED_TIME = 2.0
 # A mask is unchanged when this share of its pixels is; a resting hand varies more in seconds.
 _UNCHANGED_SHARE = 0.93
 # Margin (m) by which the new background lies in front of what was absorbed.
@@ -33,17 +35,21 @@ class StaticForegroundDetector:
         self._mask = np.zeros(0, bool)
         self._since = 0
 
-    def update(self, stamp: int, pixels: Index, size: int) -> bool:
+    def update(self, stamp: int, pixels: Index, size: int, detached: bool = False) -> bool:
         """Process one frame's mask (flat indices); whether it has been unchanged that long.
 
-        size: number of pixels of the whole image.
+        size: number of pixels of the whole image. detached: nothing of it reaches in over the
+        table's edge, as a box that was put down: then a shorter time is enough.
         """
         if len(pixels) == 0 or not self._unchanged(pixels):
             self._reference, self._since = pixels, stamp
             self._mask = np.zeros(size, bool)
             self._mask[pixels] = True
             return False
-        if stamp - self._since < self._still_time:
+        still_time = self._still_time
+        if detached:
+            still_time = min(still_time, nanoseconds(_DETACHED_TIME))
+        if stamp - self._since < still_time:
             return False
         self._reference = np.zeros(0, np.intp)
         return True
@@ -81,6 +87,15 @@ class AbsorbedRegion:
         nearest, table = background.nearest.copy(), background.table.copy()
         nearest.ravel()[self.pixels], table.ravel()[self.pixels] = self.nearest, self.table
         return replace(background, nearest=nearest, table=table)
+
+
+def covered_region(background: Background) -> AbsorbedRegion:
+    """What a hand hid of the table while the background was learned, as if it were absorbed."""
+    pixels = np.flatnonzero(background.covered)
+    table = np.ones(len(pixels), bool)
+    return AbsorbedRegion(
+        pixels, background.depth.ravel()[pixels], background.bare.ravel()[pixels], table
+    )
 
 
 def absorb(

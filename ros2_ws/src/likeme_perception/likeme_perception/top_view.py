@@ -73,8 +73,9 @@ def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
     some = blob.points[:: max(1, len(blob.points) // 500)]
     along, across = (some[:, :2] - centre) @ major, (some[:, :2] - centre) @ axes[:, 0]
     # Percentiles, because single outliers would lengthen the axes; this trims about one cell.
-    low, high = np.percentile([along, across], [1, 99], axis=1)
-    length, width = (float(v) for v in high - low)
+    length, width = (
+        _percentile(v, 0.99) - _percentile(v, 0.01) for v in (np.sort(along), np.sort(across))
+    )
     yaw = float(np.arctan2(major[1], major[0]))
     yaw = yaw - np.pi if yaw > np.pi / 2 else yaw + np.pi if yaw <= -np.pi / 2 else yaw
     return Shape(
@@ -82,8 +83,16 @@ def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
         yaw,
         max(length, width),
         min(length, width),
-        float(np.percentile(some[:, 2], 99)),
+        _percentile(np.sort(some[:, 2]), 0.99),
     )
+
+
+def _percentile(ordered: NDArray[np.floating], share: float) -> float:
+    """The same as np.percentile, of values in order; that takes 0.1 ms for so few."""
+    at = share * (len(ordered) - 1)
+    low, t = int(at), at - int(at)
+    a, b = ordered[low], ordered[min(low + 1, len(ordered) - 1)]
+    return float(a + (b - a) * t if t < 0.5 else b - (b - a) * (1 - t))
 
 
 def correct_self_occlusion(shape: Shape, camera: ImageF) -> Shape:

@@ -159,6 +159,38 @@ def test_push_with_the_object_hidden_by_the_hand(script: Script) -> None:
     assert script.acts[0].manner is Manner.PUSH
 
 
+@pytest.mark.parametrize(('missing', 'least', 'most'), [(0.1, 0.9, 1.0), (1.0, 0.5, 0.8)])
+def test_frames_that_are_missing_leave_the_manner_open(
+    script: Script, missing: float, least: float, most: float
+) -> None:
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True)
+    script.show(seen('chicken', HALFWAY, settled=False), pear(), hand=True, seconds=0.5)
+    script.stamp += round(missing * SECOND)
+    script.show(seen('chicken', AT_LEFT), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear())
+    assert script.acts[0].manner == Manner.PUSH
+    assert least < script.acts[0].manner_probability < most
+
+
+def test_a_rise_that_was_seen_stays_seen_if_frames_are_missing(script: Script) -> None:
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True)
+    script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
+    script.stamp += SECOND
+    script.show(seen('chicken', AT_LEFT), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear())
+    assert script.acts[0].manner == Manner.PLACE
+    assert script.acts[0].manner_probability > 0.9
+
+
+def test_an_act_whose_hand_stops_counts_when_it_goes_on(script: Script) -> None:
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True)
+    assert script.tracker.interrupt(script.stamp).unresolved[0].reason == UnresolvedReason.STILL
+    script.show(seen('chicken', LIFTED, settled=False), pear())
+    script.show(seen('chicken', AT_LEFT, settled=False), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear())
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
+
+
 def test_an_object_put_back_in_its_state_is_no_demonstration(script: Script) -> None:
     script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
     script.show(seen('chicken', (0.40, -0.1, 0.03)), pear(), seconds=1)

@@ -10,7 +10,9 @@ from likeme_perception.health import FrameHealth
 
 
 def reader(intrinsics: object = None, background_learned: bool = False) -> Any:
-    return SimpleNamespace(intrinsics=intrinsics, background_learned=background_learned)
+    return SimpleNamespace(
+        intrinsics=intrinsics, background_learned=background_learned, reason='', perception=None
+    )
 
 
 def test_it_is_starting_until_the_background_is_learned() -> None:
@@ -34,6 +36,21 @@ def test_it_is_degraded_while_no_frame_can_be_read() -> None:
     assert health.state(watching, 11.1) == (NodeState.DEGRADED, 'Expected rgb8, got mono8.')
     health.read(11.2)
     assert health.state(watching, 13.2) == (NodeState.DEGRADED, 'no frame has come for 2 s')
+
+
+def test_it_is_degraded_while_frames_tell_nothing() -> None:
+    health, watching = FrameHealth(0.0), reader(1, background_learned=True)
+    watching.reason = 'camera moved'
+    health.read(1.0)
+    said = NodeState.DEGRADED, 'all states are unknown: camera moved'
+    assert health.state(watching, 1.1) == said
+
+
+def test_it_says_that_the_background_is_not_learned_because_things_move() -> None:
+    learning = reader(1)
+    learning.perception = SimpleNamespace(restarts=3)
+    said = 'the background is learned, something moved: begun anew 3 times'
+    assert FrameHealth(0.0).state(learning, 0.5) == (NodeState.STARTING, said)
 
 
 def test_a_state_in_one_phrase() -> None:

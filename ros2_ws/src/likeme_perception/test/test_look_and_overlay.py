@@ -68,6 +68,7 @@ def test_an_entry_for_the_catalogue_is_printed(renderer, lemon, tmp_path, intrin
     images = save(renderer.frame(lemon(0.44, -0.02)), tmp_path, 'one')
     done = CliRunner().invoke(app, [*images, '--intrinsics', intrinsics_file, '--learn', 'banana'])
     assert done.output.startswith('- name: banana\n  looks:\n')
+    assert done.output.endswith('\n# table.colour: [196, 164, 122]\n')
 
 
 def test_a_missing_file_is_reported_in_one_line(tmp_path) -> None:

@@ -88,7 +88,11 @@ def table_of(data: Mapping[str, Any]) -> Table:
         for line in data.get('lines', [])
     )
     thickness, floor = float(data.get('thickness', 0.03)), float(data.get('floor', -0.20))
-    return Table(rectangle_of(data['top']), thickness, floor, lines)
+    colour = None
+    if 'colour' in data:
+        red, green, blue = map(float, data['colour'])
+        colour = red, green, blue
+    return Table(rectangle_of(data['top']), thickness, floor, lines, colour)
 
 
 def area_of(region: Mapping[str, Any]) -> Area | None:

@@ -1,0 +1,1 @@
+"""Parts of the benchmark `eyes`: what happens in the cell, the conditions, the scores."""
