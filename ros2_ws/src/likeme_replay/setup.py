@@ -27,6 +27,7 @@ setup(
     extras_require={'foxglove': ['foxglove-sdk'], 'test': ['pytest']},
     entry_points={
         'console_scripts': [
+            'foxglove = likeme_replay.foxglove_console:main',
             'record = likeme_replay.record:main',
             'replay = likeme_replay.replay:main',
             'policies = likeme_replay.policies.console:main',

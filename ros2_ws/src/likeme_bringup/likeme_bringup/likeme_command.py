@@ -14,6 +14,7 @@ COMMANDS = {
     'demo': 'likeme_bringup.demo:run',
     'doctor': 'likeme_bringup.ros.doctor_command:main',
     'fit-physics': 'likeme_experiments.commands.fit_physics:run',
+    'foxglove': 'likeme_replay.foxglove_console:main',
     'gaze': 'likeme_experiments.commands.gaze:run',
     'learn': 'likeme_experiments.commands.learn:run',
     'log': 'likeme_inference.log_commands:main',

@@ -27,7 +27,8 @@ def bridge(
         if error.name != 'foxglove':
             raise
         print(
-            'foxglove: foxglove-sdk is not installed; scripts/foxglove.sh does.', file=sys.stderr
+            'foxglove: foxglove-sdk is not installed; scripts/foxglove.sh does that.',
+            file=sys.stderr,
         )
         raise typer.Exit(2) from None
     from likeme_core.ros.spin import run_node
@@ -44,5 +45,10 @@ app = App(add_completion=False, rich_markup_mode=None)
 app.command()(bridge)
 
 
-if __name__ == '__main__':
+def main() -> None:
+    """Entry point of `foxglove`."""
     app(prog_name='foxglove')
+
+
+if __name__ == '__main__':
+    main()
