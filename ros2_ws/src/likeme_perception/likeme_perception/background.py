@@ -184,18 +184,15 @@ def _covered(
 ) -> Mask:
     """Pixels of the table under what reaches in from a person's side, (H, W)."""
     covered = np.zeros_like(on_table)
-    if config.empty_at_start or not (structure & on_table).any():
+    if config.empty_at_start:
         return covered
-    count, labels = cv2.connectedComponents(structure.astype(np.uint8))
-    for label in range(1, count):
+    _, labels = cv2.connectedComponents(structure.astype(np.uint8))
+    for label in np.unique(labels[structure & on_table]):
         pixels = np.flatnonzero((labels == label) & np.isfinite(depth))
-        over = (labels == label) & on_table
         z = depth.ravel()[pixels]
-        xyz = view.points(pixels, z).T
-        if over.any() and entry_sides(
-            xyz, view.pixel_area(z), area, -config.fallen_depth, config.human_sides
-        ):
-            covered |= over
+        xyz, seen = view.points(pixels, z).T, view.pixel_area(z)
+        if entry_sides(xyz, seen, area, -config.fallen_depth, config.human_sides):
+            covered |= (labels == label) & on_table
     return covered
 
 

@@ -120,7 +120,10 @@ class DemonstrationTracker:
         if episode.left is None:
             return False
         gone = seconds(now.stamp - episode.left)
-        at_rest = all(o.settled for o in now.objects)
+        # What was not understood before the act, and is not now, is not waited for.
+        at_rest = all(
+            o.settled or not (o.visible or o.name in episode.before) for o in now.objects
+        )
         return (gone >= self._config.hand_gone_time and at_rest) or (
             gone >= self._config.settle_timeout or now.arm_in_view
         )

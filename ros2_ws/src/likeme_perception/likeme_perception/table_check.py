@@ -77,7 +77,9 @@ class TableCheck:
 
     def camera_moved(self, frame: RgbdFrame) -> bool:
         """Whether the camera is not where it was; it stays so once it was seen."""
-        if self.moved or not self.enough or frame.stamp - self._looked < nanoseconds(_PERIOD):
+        # Stamps may go back.
+        waits = abs(frame.stamp - self._looked) < nanoseconds(_PERIOD)
+        if self.moved or not self.enough or waits:
             return self.moved
         self._looked = frame.stamp
         self._deviating = self._deviating + 1 if self._deviates(frame) else 0

@@ -182,6 +182,14 @@ def test_a_rise_that_was_seen_stays_seen_if_frames_are_missing(script: Script) -
     assert script.acts[0].manner_probability > 0.9
 
 
+def test_an_act_does_not_wait_for_what_was_unknown_before(script: Script) -> None:
+    others = seen('pear', AT_LEFT), covered('lemon')
+    script.show(seen('chicken', AT_RIGHT), *others, hand=True)
+    script.show(seen('chicken', AT_LEFT, settled=False), *others, hand=True)
+    script.show(seen('chicken', AT_LEFT), *others)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
+
+
 def test_an_act_whose_hand_stops_counts_when_it_goes_on(script: Script) -> None:
     script.show(seen('chicken', AT_RIGHT), pear(), hand=True)
     assert script.tracker.interrupt(script.stamp).unresolved[0].reason == UnresolvedReason.STILL
