@@ -129,14 +129,15 @@ def test_a_hold_outlives_the_driver_and_the_keeper_in_any_order(cell: HeldCell) 
     assert unheard.message == 'The hold keeper is not heard: nothing moves until it is.'
     cell.keeper = cell.graph.start(HOLD_KEEPER)
     cell.graph.until(lambda: 'held since' in cell.keeper.said, 20, 'what the keeper remembers')
-    assert cell.end(cell.begin()).outcome == Act.HELD
+    assert cell.ask().outcome == Act.HELD
 
     assert cell.trigger('resume').success
     cell.graph.until(lambda: not cell.states[-1].held, 10, 'the resume')
     again = cell.end(cell.begin(id='first'))
     assert again.outcome == Act.REPEATED
     assert 'ended as HELD' in again.message
-    assert cell.end(cell.begin(), 60).outcome == Act.COMPLETED
+    # A repeated question of `ask` may still be under way.
+    assert cell.ask().outcome == Act.COMPLETED
     holds = cell.graph.collect(HoldState, 'cell/holds', kept(HISTORY))
     cell.graph.until(lambda: len(holds) >= 2, 20, 'the history of the hold')
     assert [state.held for state in holds][:2] == [True, False]
