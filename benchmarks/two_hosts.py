@@ -76,13 +76,13 @@ def false_claims(act: dict[str, Any]) -> list[str]:
     return wrong
 
 
-def clean(folder: Path, n: int) -> tuple[list[Bar], list[str]]:
+def clean(folder: Path, n: int, transport: str) -> tuple[list[Bar], list[str]]:
     """The story on a clean cable."""
     thinking = ('--only', 'inference', '--mode', 'goal_based', '--threshold', '0')
     with (
         two_hosts() as (camera, thinker),
         simulator(camera, folder),
-        cell(thinker, folder / 'thinker', '--only', 'perception', *thinking),
+        cell(thinker, folder / 'thinker', *watching(folder, transport), *thinking),
     ):
         done = acts(camera, folder / 'driver', '--acts', str(n), '--story')
     frames, lost, seen, wrong = summary(done)
@@ -96,12 +96,12 @@ def clean(folder: Path, n: int) -> tuple[list[Bar], list[str]]:
     return bars, wrong
 
 
-def lossy(folder: Path, n: int, share: float) -> tuple[list[Bar], list[str]]:
+def lossy(folder: Path, n: int, share: float, transport: str) -> tuple[list[Bar], list[str]]:
     """Demonstrations while the network drops a share of the packets, both ways."""
     with (
         two_hosts() as hosts,
         simulator(hosts[0], folder),
-        cell(hosts[1], folder / 'thinker', '--only', 'perception'),
+        cell(hosts[1], folder / 'thinker', *watching(folder, transport)),
     ):
         for host in hosts:
             host.lose(share)
@@ -114,6 +114,14 @@ def lossy(folder: Path, n: int, share: float) -> tuple[list[Bar], list[str]]:
         Bar(f'{name}: false claims above 0.8', len(wrong), 0, '', 'none', n),
     ]
     return bars, wrong
+
+
+def watching(folder: Path, transport: str) -> tuple[str, ...]:
+    """Options of start_cell.sh for perception; transport: its image_transport."""
+    folder.mkdir(exist_ok=True)
+    path = folder / 'transport.yaml'
+    path.write_text(f'perception_node: {{ros__parameters: {{image_transport: {transport}}}}}\n')
+    return '--only', 'perception', '--params', str(path)
 
 
 def simulator(camera: Host, folder: Path) -> AbstractContextManager[None]:
@@ -135,13 +143,16 @@ def main() -> None:
     parser.add_argument('--json', action='store_true')
     parser.add_argument('--n', type=int, default=6, help='Stories on a clean cable.')
     parser.add_argument('--lossy', type=int, default=50, help='Demonstrations per share.')
+    parser.add_argument('--transport', choices=['raw', 'compressed'], default='raw')
     parser.add_argument('--share', type=float, nargs='*', default=[0.00005, 0.0003, 0.2])
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         try:
-            bars, wrong = clean(Path(folder), given.n) if given.n else ([], [])
+            bars, wrong = clean(Path(folder), given.n, given.transport) if given.n else ([], [])
             for share in given.share if given.lossy else []:
-                more, also_wrong = lossy(Path(folder) / str(share), given.lossy, share)
+                more, also_wrong = lossy(
+                    Path(folder) / str(share), given.lossy, share, given.transport
+                )
                 bars, wrong = bars + more, wrong + also_wrong
         except NamespaceError as error:
             print(error, file=sys.stderr)

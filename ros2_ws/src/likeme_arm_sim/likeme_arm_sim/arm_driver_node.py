@@ -57,7 +57,8 @@ class ArmDriverNode(Node):
         arm: joint_states (JointState), tf (TFMessage) of the moving links with the same stamp,
         tf_static (TFMessage, latched), robot_description (String, latched).
         camera: camera/rgb/image_rect_color (Image, rgb8), camera/depth_registered/image_rect
-        (Image, 16UC1 mm), and camera_info (CameraInfo) beside each, one stamp each frame.
+        (Image, 16UC1 mm), and camera_info (CameraInfo) beside each, one stamp each frame;
+        .../compressed and .../compressedDepth (CompressedImage) of both.
         All parts together: /clock (Clock). Always: /diagnostics (DiagnosticArray, 1 Hz),
         heartbeat (Heartbeat), motion (Motion, reliable, transient local, depth 100): each request
         when it begins and when it has ended.

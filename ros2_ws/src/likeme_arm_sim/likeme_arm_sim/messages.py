@@ -6,11 +6,12 @@ from array import array
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
+import cv2
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from numpy.typing import NDArray
-from sensor_msgs.msg import CameraInfo, Image, JointState
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState
 
 from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import ObjectView
@@ -42,6 +43,19 @@ def image_message(pixels: NDArray[np.uint8] | NDArray[np.uint16], encoding: str)
     data.frombytes(np.ascontiguousarray(pixels).data.cast('B'))
     message.data = data
     return message
+
+
+def compressed_colour(rgb: NDArray[np.uint8]) -> CompressedImage:
+    """(H, W, 3) RGB as JPEG, as image_transport's `compressed` sends it, without its header."""
+    _, jpeg = cv2.imencode('.jpg', cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+    return CompressedImage(format='rgb8; jpeg compressed bgr8', data=jpeg.tobytes())
+
+
+def compressed_depth(depth_mm: NDArray[np.uint16]) -> CompressedImage:
+    """(H, W) mm as PNG, as image_transport's `compressedDepth` sends it, without its header."""
+    _, png = cv2.imencode('.png', depth_mm, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    # Its header says how 32FC1 was packed: nothing for 16UC1.
+    return CompressedImage(format='16UC1; compressedDepth png', data=bytes(12) + png.tobytes())
 
 
 def camera_info_message(camera: CameraMount) -> CameraInfo:

@@ -11,12 +11,20 @@ from typing import Any
 import cv2
 
 from likeme_core.stamps import stamp_ns
+from likeme_perception.compressed_images import decode_compressed_depth, decode_compressed_rgb
 from likeme_perception.errors import FrameError, NoDepthError
 from likeme_perception.node_settings import NodeSettings
 from likeme_perception.observation import TableObservation
 from likeme_perception.pairing import StampOrder
 from likeme_perception.pipeline import TabletopPerception
-from likeme_perception.rgbd import Intrinsics, RgbdFrame, decode_depth, decode_rgb
+from likeme_perception.rgbd import (
+    ImageB,
+    ImageF,
+    Intrinsics,
+    RgbdFrame,
+    decode_depth,
+    decode_rgb,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,16 +138,28 @@ class FrameReader:
 
 
 def decode_frame(colour: Any, depth: Any) -> RgbdFrame:
-    """The frame in a pair of Image messages, with the depth image's stamp.
+    """The frame in a pair of Image or CompressedImage messages, with the depth image's stamp.
 
     Raises:
         ValueError: an encoding is not known, or sizes do not fit.
     """
-    rgb = decode_rgb(colour.data, colour.encoding, colour.height, colour.width, colour.step)
-    metres = decode_depth(
-        depth.data, depth.encoding, depth.height, depth.width, depth.step, bool(depth.is_bigendian)
+    return RgbdFrame(
+        stamp_ns(depth.header.stamp), depth.header.frame_id, _colour(colour), _depth(depth)
     )
-    return RgbdFrame(stamp_ns(depth.header.stamp), depth.header.frame_id, rgb, metres)
+
+
+def _colour(image: Any) -> ImageB:
+    if hasattr(image, 'format'):
+        return decode_compressed_rgb(image.data)
+    return decode_rgb(image.data, image.encoding, image.height, image.width, image.step)
+
+
+def _depth(image: Any) -> ImageF:
+    if hasattr(image, 'format'):
+        return decode_compressed_depth(image.data, image.format)
+    return decode_depth(
+        image.data, image.encoding, image.height, image.width, image.step, bool(image.is_bigendian)
+    )
 
 
 def intrinsics_of(info: Any) -> Intrinsics:

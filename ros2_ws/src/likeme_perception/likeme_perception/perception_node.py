@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -47,6 +47,19 @@ CAMERA_FRAME_SETTING = Setting(
     "Whether tf_static has the camera's optical frame; false: its driver publishes it",
     read_only=True,
 )
+#: Type and topics of colour and depth by image_transport's name.
+TRANSPORTS = {
+    'raw': (Image, 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'),
+    'compressed': (
+        CompressedImage, 'camera/rgb/image_rect_color/compressed',
+        'camera/depth_registered/image_rect/compressedDepth',
+    ),
+}  # fmt: skip
+TRANSPORT_SETTING = Setting(
+    'raw',
+    'raw, or compressed: colour and depth from the topics .../compressed and .../compressedDepth',
+    read_only=True,
+)
 #: s between two log lines about a camera_info that changes.
 CHANGE_LOG_PERIOD = 5.0
 
@@ -74,6 +87,10 @@ class PerceptionNode(ManagedNode):
     | camera/depth_registered/image_rect | sensor_msgs/Image | 16UC1 mm or 32FC1 m |
     | camera/rgb/camera_info | sensor_msgs/CameraInfo | the latest is used |
 
+    With image_transport "compressed" instead of the two images: sensor_msgs/CompressedImage on
+    camera/rgb/image_rect_color/compressed (JPEG or PNG) and
+    camera/depth_registered/image_rect/compressedDepth (PNG).
+
     | offers | type | |
     | --- | --- | --- |
     | perception/reset | std_srvs/Trigger | forget camera, background and objects |
@@ -84,17 +101,21 @@ class PerceptionNode(ManagedNode):
     A managed node, active from the start unless `autostart` is false. While it is not active it
     publishes world, heartbeat and /diagnostics only; it begins anew when it is activated.
 
-    Parameters: world, autostart, publish_camera_frame, and node_settings.settings_of(world): every
-    number of PerceptionConfig by its name (rectangles as x_min, x_max, y_min, y_max) and
-    pairing_tolerance. A change restarts perception with the new values; invalid values are
-    refused.
+    Parameters: world, autostart, publish_camera_frame, image_transport, and
+    node_settings.settings_of(world): every number of PerceptionConfig by its name (rectangles as
+    x_min, x_max, y_min, y_max) and pairing_tolerance. A change restarts perception with the new
+    values; invalid values are refused.
     """
 
     def __init__(self, parameter_overrides: list[Parameter] | None = None) -> None:
         super().__init__('perception_node', parameter_overrides=parameter_overrides)
         self._world = declare_world(self)
         self._declared = settings_of(self._world)
-        parameters.declare(self, self._declared | {'publish_camera_frame': CAMERA_FRAME_SETTING})
+        parameters.declare(
+            self,
+            self._declared
+            | {'publish_camera_frame': CAMERA_FRAME_SETTING, 'image_transport': TRANSPORT_SETTING},
+        )
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
@@ -117,9 +138,10 @@ class PerceptionNode(ManagedNode):
         self._overlay_pub = self.create_publisher(Image, 'table_overlay', 1)
         self._diagnostics_pub = DiagnosticsPublisher(self)
 
+        image, colour, depth = self._transport()
         for kind, topic, receive in (
-            (Image, 'camera/rgb/image_rect_color', lambda m: self._on_image(0, m)),
-            (Image, 'camera/depth_registered/image_rect', lambda m: self._on_image(1, m)),
+            (image, colour, lambda m: self._on_image(0, m)),
+            (image, depth, lambda m: self._on_image(1, m)),
             (CameraInfo, 'camera/rgb/camera_info', self._on_info),
         ):
             # A copy: rclpy writes what is overridden into the profile.
@@ -130,6 +152,12 @@ class PerceptionNode(ManagedNode):
         self.create_timer(1.0, self._publish_diagnostics, clock=steady_clock())
         self._heartbeat = HeartbeatPublisher(self, self._state)
         self.autostart()
+
+    def _transport(self) -> tuple[type[Image | CompressedImage], str, str]:
+        name = self.get_parameter('image_transport').value
+        if name not in TRANSPORTS:
+            raise ValueError(f'Expected image_transport {" or ".join(TRANSPORTS)}, got {name!r}.')
+        return TRANSPORTS[name]
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Learn the background, then watch."""

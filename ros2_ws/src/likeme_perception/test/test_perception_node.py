@@ -10,6 +10,7 @@ import time
 from array import array
 from collections.abc import Callable, Iterator
 
+import cv2
 import numpy as np
 import pytest
 
@@ -25,7 +26,7 @@ from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import ReliabilityPolicy  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
 from scipy.spatial.transform import Rotation  # noqa: E402
-from sensor_msgs.msg import CameraInfo, Image  # noqa: E402
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
 from visualization_msgs.msg import MarkerArray  # noqa: E402
@@ -41,6 +42,13 @@ from likeme_perception.perception_node import PerceptionNode, main  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
 
 COLOUR, DEPTH = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
+
+TOPICS = {
+    'raw': ((COLOUR, Image), (DEPTH, Image)),
+    'compressed': (
+        (f'{COLOUR}/compressed', CompressedImage), (f'{DEPTH}/compressedDepth', CompressedImage),
+    ),
+}  # fmt: skip
 
 
 def info_of(frame: RgbdFrame) -> CameraInfo:
@@ -61,20 +69,26 @@ def image_of(frame: RgbdFrame, pixels: np.ndarray, encoding: str) -> Image:
     return image
 
 
+def compressed_of(frame: RgbdFrame, pixels: np.ndarray, before: bytes = b'') -> CompressedImage:
+    """Pixels as PNG, after some bytes, with the frame's stamp."""
+    png = cv2.imencode('.png', pixels)[1].tobytes()
+    image = CompressedImage(format='16UC1; compressedDepth png', data=before + png)
+    image.header.stamp = time_msg(frame.stamp)
+    return image
+
+
 class Rig:
     """The node, and a second node that publishes images and subscribes to the results."""
 
-    def __init__(self) -> None:
-        frames = Parameter('background_frames', value=5)
-        self.node = PerceptionNode([frames, Parameter('min_object_area', value=0.0002)])
+    def __init__(self, transport: str = 'raw') -> None:
+        values = {
+            'background_frames': 5, 'min_object_area': 0.0002, 'image_transport': transport,
+        }  # fmt: skip
+        self.node = PerceptionNode([Parameter(name, value=v) for name, v in values.items()])
         self.probe = rclpy.create_node('probe')
         self._send = {
             topic: self.probe.create_publisher(kind, topic, 5)
-            for topic, kind in (
-                (COLOUR, Image),
-                (DEPTH, Image),
-                ('camera/rgb/camera_info', CameraInfo),
-            )
+            for topic, kind in (*TOPICS[transport], ('camera/rgb/camera_info', CameraInfo))
         }
         self.states: list[TableState] = []
         self.diagnostics: list[DiagnosticArray] = []
@@ -122,10 +136,10 @@ class Rig:
 
 
 @pytest.fixture
-def rig() -> Iterator[Rig]:
+def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
     with domain_id() as domain:
         rclpy.init(domain_id=domain)
-        made = Rig()
+        made = Rig(getattr(request, 'param', 'raw'))
         yield made
         made.executor.shutdown()
         made.node.destroy_node()
@@ -152,6 +166,21 @@ def test_table_state_has_the_stamp_of_the_depth_image_and_the_frame_of_its_numbe
     assert len(rig.states) <= 4, 'no table state before the background is known'
     rig.until(lambda: bool(rig.markers), 'markers')
     rig.until(lambda: any(_level(d) == 0 for d in rig.diagnostics), 'diagnostics that are OK')
+
+
+@pytest.mark.parametrize('rig', ['compressed'], indirect=True)
+def test_compressed_images_are_read(rig: Rig, renderer) -> None:
+    frame = renderer.frame()
+    rig.info(frame)
+    colour, depth = (topic for topic, _ in TOPICS['compressed'])
+    mm = np.nan_to_num(frame.depth * 1000).astype(np.uint16)
+    rig._send[colour].publish(compressed_of(frame, frame.rgb[:, :, ::-1]))
+    rig._send[depth].publish(compressed_of(frame, mm, bytes(12)))
+    rig.until(lambda: rig.node.counts.frames_read == 1, 'the frame')
+    later = renderer.frame()
+    rig._send[colour].publish(compressed_of(later, frame.rgb))
+    rig._send[depth].publish(compressed_of(later, mm, b'no header'))
+    rig.until(lambda: rig.dropped() == {'encoding': 1}, 'the refusal of what is no PNG')
 
 
 def test_tf_static_has_table_regions_and_the_camera_as_perception_uses_it(
@@ -390,7 +419,9 @@ def test_a_process_with_bad_parameters_says_one_sentence() -> None:
     assert 'Traceback' not in out
 
 
-@pytest.mark.parametrize('parameters', [{'world': 'moon'}, {'min_height': 7.0}])
+@pytest.mark.parametrize(
+    'parameters', [{'world': 'moon'}, {'min_height': 7.0}, {'image_transport': 'h264'}]
+)
 def test_bad_parameters_at_the_start_are_one_sentence(parameters: dict[str, object]) -> None:
     assert refusal(main, 'perception_node', **parameters)
 
