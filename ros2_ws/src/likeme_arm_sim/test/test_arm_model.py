@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 from xml.etree import ElementTree
 
 import numpy as np
@@ -99,7 +99,7 @@ def path_of(uri: str) -> Path:
     if parts.scheme == 'package':
         return Path(get_package_share_directory(parts.netloc) + parts.path)
     assert (parts.scheme, parts.netloc) == ('file', '')
-    return Path(parts.path)
+    return Path(unquote(parts.path))
 
 
 @pytest.mark.parametrize('installed', [True, False])
