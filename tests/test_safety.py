@@ -34,7 +34,7 @@ def names(root: ElementTree.Element, kind: str) -> set[str]:
 def test_the_policy_names_topics_and_services_of_the_readme() -> None:
     root = ElementTree.parse(POLICY).getroot()
     readme = (ROOT / 'README.md').read_text()
-    known = set(re.findall(r'`/?([a-z_]+(?:/[a-z_]+)*)`', readme)) | COMMON
+    known = set(re.findall(r'`/?([A-Za-z_]+(?:/[A-Za-z_]+)*)`', readme)) | COMMON
     assert names(root, 'topic') <= known
     assert names(root, 'service') <= known
 
