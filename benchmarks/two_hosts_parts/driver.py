@@ -89,9 +89,11 @@ class Driver(Node):
             self.place(name, seed)
             self.until(lambda: self.outcomes)
         self.until(lambda: False, 0.5)
+        # The last frame may still be on its way.
+        frames = {stamp for stamp in self.frames if stamp <= max(self.tables, default=stamp)}
         return {
-            'object': name, 'by': by, 'frames': len(self.frames),
-            'tables': len(self.frames & self.tables.keys()),
+            'object': name, 'by': by, 'frames': len(frames),
+            'tables': len(frames & self.tables.keys()),
             'demonstrations': [_demonstration(d) for d in self.demonstrations],
             'outcomes': [o.result == Outcome.REACHED for o in self.outcomes] if story else [],
         }  # fmt: skip
