@@ -29,14 +29,7 @@ if [[ $name == report || $name == *_peers || $name == */* || ! -f $file ]]; then
   exit 2
 fi
 if [[ -f $here/../benchmarks/${name}_peers.py ]]; then
-  "$here/setup.sh"
-  source "$here/env.sh"
-  lock=$LIKEME_ROOT/benchmarks/peers.lock state=$LIKEME_VENV/likeme/peers
-  if ! sha256sum --status --check "$state" 2>/dev/null; then
-    "$LIKEME_VENV/uv/bin/uv" pip install -q --python "$LIKEME_VENV/bin/python" --no-deps \
-      --require-hashes -r "$lock" || { echo "bench.sh: could not install benchmarks/peers.lock." >&2; exit 1; }
-    # A new requirements.lock takes away what it does not name.
-    sha256sum "$lock" "$LIKEME_ROOT/requirements.lock" >"$state"
-  fi
+  source "$here/extra.bash"
+  install_extra benchmarks/peers.lock
 fi
 exec "$here/run.sh" python "$file" "$@"

@@ -15,13 +15,6 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-"$here/setup.sh"
-source "$here/env.sh"
-lock=$LIKEME_ROOT/scripts/foxglove.lock state=$LIKEME_VENV/likeme/foxglove
-if ! sha256sum --status --check "$state" 2>/dev/null; then
-  "$LIKEME_VENV/uv/bin/uv" pip install -q --python "$LIKEME_VENV/bin/python" --no-deps \
-    --require-hashes -r "$lock" || { echo "foxglove.sh: could not install scripts/foxglove.lock." >&2; exit 1; }
-  # A new requirements.lock takes away what it does not name.
-  sha256sum "$lock" "$LIKEME_ROOT/requirements.lock" >"$state"
-fi
+source "$here/extra.bash"
+install_extra scripts/foxglove.lock
 exec "$here/run.sh" python -m likeme_replay.foxglove_console "$@"

@@ -45,7 +45,10 @@ NAMES = {
     'pyarrow': (None, 'pyarrow'),
 }
 #: Helpers of tests that lie outside their package, and what they import.
-HELPERS = {'graph': 'domain_coordinator', 'in_process': 'domain_coordinator'}
+HELPERS = {
+    'graph': 'domain_coordinator', 'in_process': 'domain_coordinator',
+    'transforms': 'geometry_msgs',
+}  # fmt: skip
 HELPER_FILES = {
     path.stem
     for folder in ('ros2_ws/src/*/test', 'benchmarks', 'tools')

@@ -15,7 +15,6 @@ from builtin_interfaces.msg import Time
 from domain_coordinator import domain_id
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
-from scipy.spatial.transform import Rotation
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -28,16 +27,9 @@ from likeme_arm_sim.ros.arm_model import ArmModel
 from likeme_arm_sim.toys import toys_of
 from likeme_core.paper_world import WORLD
 from likeme_core.ros.qos import LATCHED
+from transforms import matrix
 
 STAMP = Time(sec=3, nanosec=4)
-
-
-def matrix(message: TransformStamped) -> np.ndarray:
-    t, q = message.transform.translation, message.transform.rotation
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-    pose[:3, 3] = t.x, t.y, t.z
-    return pose
 
 
 @pytest.fixture

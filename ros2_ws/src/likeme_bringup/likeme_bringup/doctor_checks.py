@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 #: Greatest domain whose ports are not among those that Linux gives to clients.
 GREATEST_DOMAIN = 101
+PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 #: Sysctl that bounds each buffer of the profile's transports.
 LIMITS = {
     'receiveBufferSize': 'net.core.rmem_max',
@@ -49,18 +50,35 @@ def machine_findings(
     yield Finding('versions', ', '.join(f'{name} {_version(name)}' for name in VERSIONS) + '.')
     yield _domain(environment.get('ROS_DOMAIN_ID', '0'))
     yield _discovery(environment.get('ROS_AUTOMATIC_DISCOVERY_RANGE', ''))
-    path = environment.get('FASTRTPS_DEFAULT_PROFILES_FILE', '')
-    try:
-        profile = ElementTree.parse(path).getroot()
-    except (OSError, ElementTree.ParseError) as error:
-        yield Finding(
-            'dds profile', f'{path or "none"} cannot be read ({error}).',
-            'Unset FASTRTPS_DEFAULT_PROFILES_FILE, and source scripts/env.sh.',
-        )  # fmt: skip
+    profile = _profile(environment)
+    if isinstance(profile, Finding):
+        yield profile
         return
-    yield Finding('dds profile', f'{path}.')
+    yield Finding('dds profile', f'{environment[PROFILE]}.')
     yield from _buffers(profile, proc)
     yield _shared_memory(profile, shm)
+
+
+def buffer_findings(
+    environment: Mapping[str, str], proc: Path = Path('/proc/sys')
+) -> Iterator[Finding]:
+    """Whether the kernel grants the socket buffers that the DDS profile asks for.
+
+    proc: where the kernel's settings are.
+    """
+    profile = _profile(environment)
+    yield from [profile] if isinstance(profile, Finding) else _buffers(profile, proc)
+
+
+def _profile(environment: Mapping[str, str]) -> ElementTree.Element | Finding:
+    path = environment.get(PROFILE, '')
+    try:
+        return ElementTree.parse(path).getroot()
+    except (OSError, ElementTree.ParseError) as error:
+        return Finding(
+            'dds profile', f'{path or "none"} cannot be read ({error}).',
+            f'Unset {PROFILE}, and source scripts/env.sh.',
+        )  # fmt: skip
 
 
 def _environment(environment: Mapping[str, str]) -> Finding:

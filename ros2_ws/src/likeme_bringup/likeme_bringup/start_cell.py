@@ -15,11 +15,11 @@ import typer
 import likeme_core.standby
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart
 from likeme_bringup.child import Child
+from likeme_bringup.doctor_checks import buffer_findings
 from likeme_bringup.launch_plan import PlannedNode, launch_plan
 from likeme_bringup.parameter_files import last_value, validated
 from likeme_bringup.respawn import Respawn
 from likeme_bringup.supervisor import Supervisor
-from likeme_core import socket_buffers
 from likeme_core.cli import Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
@@ -236,8 +236,9 @@ def start_cell(
     try:
         with claim(domain, parts):
             supervisor.log(f'{names} on ROS domain {domain}, {reach}; Ctrl-C ends them.')
-            if network and (warning := socket_buffers.too_small()):
-                supervisor.log(warning)
+            for finding in buffer_findings(os.environ) if network else ():
+                if finding.cure:
+                    supervisor.log(f'{finding.sentence} {finding.cure}')
             code = supervisor.run()
     except AlreadyRunningError as error:
         print(error, file=sys.stderr)

@@ -18,11 +18,12 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 from typer.testing import CliRunner
 
-from likeme_bringup.doctor_checks import Finding, machine_findings
+from likeme_bringup.doctor_checks import Finding, buffer_findings, machine_findings
 from likeme_bringup.ros import graph_checks
 from likeme_bringup.ros.doctor_command import app
 from likeme_bringup.ros.graph_checks import graph_findings
 
+SHIPPED = Path(__file__).parents[1] / 'config' / 'fastdds.xml'
 BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 PROFILE = """<dds xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles">
   <receiveBufferSize>4194304</receiveBufferSize><segment_size>33554432</segment_size>
@@ -62,6 +63,22 @@ def test_small_buffers_are_named_with_the_line_to_type(
         'mend  buffers      net.core.rmem_max is 212992, the profile asks for 4194304. '
         'Type: sudo sysctl -w net.core.rmem_max=4194304'
     )
+
+
+def test_the_shipped_profile_asks_for_buffers_of_4_mib(tmp_path: Path) -> None:
+    environment = {'FASTRTPS_DEFAULT_PROFILES_FILE': str(SHIPPED)}
+    assert not any(finding.cure for finding in buffer_findings(environment, tmp_path))
+    (tmp_path / 'net' / 'core').mkdir(parents=True)
+    for name in ('rmem_max', 'wmem_max'):
+        (tmp_path / 'net' / 'core' / name).write_text(f'{4 * 2**20 - 1}\n')
+    cures = [finding.cure for finding in buffer_findings(environment, tmp_path)]
+    assert cures == [
+        'Type: sudo sysctl -w net.core.rmem_max=4194304',
+        'Type: sudo sysctl -w net.core.wmem_max=4194304',
+    ]
+    for name in ('rmem_max', 'wmem_max'):
+        (tmp_path / 'net' / 'core' / name).write_text(f'{4 * 2**20}\n')
+    assert not any(finding.cure for finding in buffer_findings(environment, tmp_path))
 
 
 @pytest.mark.parametrize(

@@ -18,14 +18,12 @@ rclpy = pytest.importorskip('rclpy')
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from domain_coordinator import domain_id  # noqa: E402
-from geometry_msgs.msg import TransformStamped  # noqa: E402
 from lifecycle_msgs.msg import Transition  # noqa: E402
 from lifecycle_msgs.srv import ChangeState  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from rclpy.qos import ReliabilityPolicy  # noqa: E402
 from rosgraph_msgs.msg import Clock  # noqa: E402
-from scipy.spatial.transform import Rotation  # noqa: E402
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
@@ -40,6 +38,7 @@ from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
 from likeme_msgs.msg import FrameDone, ObjectState, TableState  # noqa: E402
 from likeme_perception.perception_node import PerceptionNode, main  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
+from transforms import matrix  # noqa: E402
 
 COLOUR, DEPTH = 'camera/rgb/image_rect_color', 'camera/depth_registered/image_rect'
 
@@ -244,14 +243,6 @@ def test_qos_of_camera_topics_and_table_state_is_set_by_parameters() -> None:
     assert image.qos_profile.reliability is ReliabilityPolicy.RELIABLE
     assert depth.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
     assert state.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
-
-
-def matrix(message: TransformStamped) -> np.ndarray:
-    t, q = message.transform.translation, message.transform.rotation
-    pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-    pose[:3, 3] = t.x, t.y, t.z
-    return pose
 
 
 def _level(message: DiagnosticArray) -> int:
