@@ -43,11 +43,11 @@ def measured(seeds: range, acts: int, only: str) -> dict[str, Score]:
     chosen = [c for c in CONDITIONS if only in c.name]
     scores = {c.name: Score() for c in chosen}
     for seed in seeds:
-        film = recorded(seed, acts)
+        recording = recorded(seed, acts)
         for scene in {c.scene: None for c in chosen}:
-            watchers = [Watcher(c, film) for c in chosen if c.scene == scene]
+            watchers = [Watcher(c, recording) for c in chosen if c.scene == scene]
             every = 1 if any(w.condition.every % 2 for w in watchers) else 2
-            for seen in scene.frames(film, every):
+            for seen in scene.frames(recording, every):
                 for watcher in watchers:
                     watcher.watch(seen)
             for watcher in watchers:

@@ -37,9 +37,9 @@ class Condition:
     every: int = 2
 
 
-def spans(film: Recording) -> list[tuple[int, int]]:
+def spans(recording: Recording) -> list[tuple[int, int]]:
     """First and last moment of each act."""
-    return [(act.first, act.last) for act in film.acts]
+    return [(act.first, act.last) for act in recording.acts]
 
 
 def light(*factors: float, since: int = 0) -> Change:

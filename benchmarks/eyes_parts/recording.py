@@ -79,12 +79,12 @@ class Recording:
 
 def recorded(seed: int, acts: int) -> Recording:
     """A cell in which a person does some acts."""
-    film = _Film(seed)
-    film.rest(LEAD)
+    recorder = _Recorder(seed)
+    recorder.rest(LEAD)
     rng = np.random.default_rng([seed, 1])
     for k in range(acts):
-        film.act(*_drawn(film.cell, k, rng))
-    return film.recording
+        recorder.act(*_drawn(recorder.cell, k, rng))
+    return recorder.recording
 
 
 def _drawn(cell: Cell, k: int, rng: np.random.Generator) -> tuple[str, Action]:
@@ -102,7 +102,7 @@ def _drawn(cell: Cell, k: int, rng: np.random.Generator) -> tuple[str, Action]:
     return name, PUSH_LEFT if push else PLACE_LEFT
 
 
-class _Film:
+class _Recorder:
     """A cell, and what was recorded of it."""
 
     def __init__(self, seed: int) -> None:

@@ -59,9 +59,9 @@ class Scene:
     #: Frame from which errors count: 0, or 2 s after the camera was bumped.
     judged_from: int = 0
 
-    def order(self, film: Recording) -> list[int]:
+    def order(self, recording: Recording) -> list[int]:
         """The moments in the order they are seen."""
-        return list(range(len(film.moments)))
+        return list(range(len(recording.moments)))
 
     def bodies(self, moment: Moment, k: int) -> list[RenderBody]:
         """What is drawn in frame k."""
@@ -71,15 +71,15 @@ class Scene:
         """The camera in frame k."""
         return WORLD.camera
 
-    def frames(self, film: Recording, every: int) -> Iterator[Seen]:
+    def frames(self, recording: Recording, every: int) -> Iterator[Seen]:
         """Every so manieth frame of the scene."""
         mount, renderer, kinect = None, None, None
-        for k, moment in list(enumerate(self.order(film)))[::every]:
-            now = self.mount(k, film.seed)
+        for k, moment in list(enumerate(self.order(recording)))[::every]:
+            now = self.mount(k, recording.seed)
             if renderer is None or kinect is None or now != mount:
                 mount, renderer = now, MeshRenderer(now, cell_background(WORLD.table))
-                kinect = kinect or Kinect(now, seed=film.seed)
-            drawn = renderer.render(self.bodies(film.moments[moment], k))
+                kinect = kinect or Kinect(now, seed=recording.seed)
+            drawn = renderer.render(self.bodies(recording.moments[moment], k))
             yield Seen(k, moment, kinect.sense(drawn))
 
 
@@ -151,19 +151,19 @@ class BananaForLemon(Scene):
 class HeldStill(Scene):
     """In the first act by placing, the person stops for 22 s with the object in the hand."""
 
-    def order(self, film: Recording) -> list[int]:
+    def order(self, recording: Recording) -> list[int]:
         """The moments, one of them for 22 s."""
-        m = self._held(film)
-        order = list(range(len(film.moments)))
+        m = self._held(recording)
+        order = list(range(len(recording.moments)))
         return order[:m] + [m] * round(HELD * RATE) + order[m:]
 
-    def _held(self, film: Recording) -> int:
+    def _held(self, recording: Recording) -> int:
         """A moment in which an object is 6 cm above where it lay and in another region."""
-        for act in film.acts:
+        for act in recording.acts:
             name, x_i = act.change[:2]
-            lay = film.moments[act.first].toys[name][2, 3]
+            lay = recording.moments[act.first].toys[name][2, 3]
             for m in range(act.first, act.last):
-                now = film.moments[m]
+                now = recording.moments[m]
                 if now.toys[name][2, 3] > lay + 0.06 and now.truth[name].state != x_i:
                     return m
         raise ValueError('Expected an act by placing, got none.')

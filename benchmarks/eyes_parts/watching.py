@@ -47,11 +47,11 @@ class Score:
 class Watcher:
     """Perception of one recording under one condition."""
 
-    def __init__(self, condition: Condition, film: Recording) -> None:
+    def __init__(self, condition: Condition, recording: Recording) -> None:
         self.condition, self.score = condition, Score()
-        self._film, self._acts = film, spans(film)
-        self._rng = np.random.default_rng([film.seed, 4])
-        mount = condition.scene.mount(0, film.seed)
+        self._recording, self._acts = recording, spans(recording)
+        self._rng = np.random.default_rng([recording.seed, 4])
+        mount = condition.scene.mount(0, recording.seed)
         lens = mount.fx, mount.fy, mount.cx, mount.cy, mount.width, mount.height
         self._perception = TabletopPerception(
             world_config(WORLD), Intrinsics(*lens), world_catalogue(WORLD)
@@ -76,17 +76,17 @@ class Watcher:
             self._judge(table, seen)
         elif k > 9 * RATE:
             # A background that is still not learned: nothing is usable.
-            self.score.resting += len(WORLD.objects) * self._film.rested(seen.moment)
+            self.score.resting += len(WORLD.objects) * self._recording.rested(seen.moment)
 
     def _judge(self, table: TableObservation, seen: Seen) -> None:
         if seen.k < self.condition.scene.judged_from:
             return
-        rested = self._film.rested(seen.moment)
+        rested = self._recording.rested(seen.moment)
         for said in table.objects:
             self._judge_object(said, seen.moment, rested)
 
     def _judge_object(self, said: ObjectObservation, moment: int, rested: bool) -> None:
-        truth, score = self._film.moments[moment].truth[said.name], self.score
+        truth, score = self._recording.moments[moment].truth[said.name], self.score
         hidden = said.name in self.condition.scene.hidden
         state = OFFTABLE if hidden else truth.state
         score.resting += rested
@@ -103,16 +103,16 @@ class Watcher:
         """The score, with the demonstrations matched to the acts."""
         score = self.score
         hidden = self.condition.scene.hidden
-        open_acts = [act for act in self._film.acts if act.change[0] not in hidden]
+        open_acts = [act for act in self._recording.acts if act.change[0] not in hidden]
         if self.condition.scene.judged_from:
             # The camera's pose is wrong for all of them: understanding none is right.
             open_acts = []
         score.expected, score.found = len(open_acts), len(self._found)
         for moment, said in self._found:
             of = (said.object, said.x_i, said.x_f)
-            for act in self._film.acts:
+            for act in self._recording.acts:
                 if (
-                    self._film.arrived(act, moment)
+                    self._recording.arrived(act, moment)
                     and act.first <= moment <= act.last + RATE
                     and act.change[:3] == of
                 ):
