@@ -16,6 +16,7 @@ setup(
         'jsonschema',
         'numpy',
         'pyyaml',
+        'rich',
         'shapely',
         'typer',
     ],

@@ -21,6 +21,7 @@ from likeme_bags.export_result import Exported
 from likeme_bags.info import bag_summary, summary_text
 from likeme_bags.reading import open_bag
 from likeme_bags.text_output import json_text, one_line
+from likeme_bags.usage_errors import run
 
 # For the Typer of Ubuntu 24.04 (0.9), as likeme_core.typer_app, which this package does not
 # import: annotations that are not texts, Optional[X] for X | None, no boxes around errors.
@@ -265,7 +266,7 @@ def _export_lerobot(
 
 def main() -> None:
     """Entry point of `bag`."""
-    app(prog_name='bag')
+    run(app, Path(sys.argv[0]).name)
 
 
 if __name__ == '__main__':

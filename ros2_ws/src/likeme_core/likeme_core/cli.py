@@ -14,6 +14,9 @@ from likeme_core.world.file import DEFAULT_WORLD
 #: 232 is the greatest domain ID for which DDS has ports.
 Domain = Annotated[int, typer.Option(min=0, max=232, envvar='ROS_DOMAIN_ID', help='ROS domain.')]
 
+#: Seeds are parameters of nodes, too: whole numbers of 64 bits.
+MAX_SEED = 2**63 - 1
+
 #: Of clients of a running cell.
 Network = Annotated[
     bool, typer.Option('--network', help='Look for the cell on other machines of the subnet too.')

@@ -30,6 +30,7 @@ class MotionOutcome(IntEnum):
     OTHER_WORLD = 11
     REPEATED = 12
     LOST = 13
+    NOT_FREE = 14
 
     @property
     def moved(self) -> bool:

@@ -175,9 +175,9 @@ sys.exit(run_node('busy', Busy))
 """
 
 
-def run(body: str = 'pass') -> subprocess.Popen[str]:
+def run(body: str = 'pass', *prefix: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, '-c', NODE.format(body=body)],
+        [*prefix, sys.executable, '-c', NODE.format(body=body)],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -196,6 +196,18 @@ def test_a_signal_and_a_second_one_end_a_publishing_node_without_output(
             process.send_signal(number)
             out, _ = process.communicate(timeout=60)
     assert (process.returncode, out) == (0, 'stopped\n')
+
+
+def test_a_signal_that_was_blocked_while_modules_were_imported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with domain_id() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        with run('pass', 'env', '--block-signal=INT') as process:
+            process.send_signal(signal.SIGINT)
+            out, _ = process.communicate(timeout=60)
+    # Before `env` has begun it is the signal that ends it.
+    assert (process.returncode, out) in ((0, 'stopped\n'), (-signal.SIGINT, ''))
 
 
 def test_bad_parameters_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:

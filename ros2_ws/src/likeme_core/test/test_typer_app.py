@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+import sys
+from enum import StrEnum
 from typing import Annotated, Optional, get_type_hints
 
+import pytest
+import typer
 from typer.testing import CliRunner
 
 from likeme_core.typer_app import App, with_optionals
+
+
+class Mode(StrEnum):
+    """Values of an option."""
+
+    ONE = 'one'
+    TWO = 'two'
 
 
 def function(a: int, b: Annotated[list[str] | None, 'help'] = None, c: str | None = None) -> None:
@@ -29,3 +40,51 @@ def test_a_command_with_such_parameters_runs() -> None:
     assert CliRunner().invoke(app, ['1', '--b', 'x', '--b', 'y']).exit_code == 0
     refused = CliRunner().invoke(app, ['one'])
     assert refused.exit_code == 2
+
+
+def test_a_usage_error_is_one_line_with_the_programs_name(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    app = App(add_completion=False, rich_markup_mode=None)
+    app.command('one')(function)
+    app.command('two')(function)
+    for words, sentence in (
+        (['one', 'x'], 'tool.sh one: Invalid value for '),
+        (['one'], 'tool.sh one: Missing argument '),
+        (['one', '1', '--b'], 'tool.sh: Option '),
+        (['one', '1', '--nope'], 'tool.sh one: No such option: --nope'),
+        (['three'], "tool.sh: No such command 'three'"),
+    ):
+        monkeypatch.setattr(sys, 'argv', ['/a/folder/tool.sh', *words])
+        with pytest.raises(SystemExit) as ended:
+            app()
+        said = capsys.readouterr()
+        assert (ended.value.code, said.out) == (2, '')
+        assert said.err.startswith(sentence)
+        assert said.err.count('\n') == 1
+
+
+def limited(
+    number: Annotated[int, typer.Option(min=1, max=9)] = 1,
+    share: Annotated[float, typer.Option(min=0.5)] = 1.0,
+    mode: Annotated[Mode, typer.Option()] = Mode.ONE,
+) -> None:
+    """Takes options with limits."""
+
+
+@pytest.mark.parametrize(
+    'words', [('--number', '10'), ('--number', 'zz'), ('--share', '-3'), ('--share', 'much'),
+              ('--mode', 'three')]
+)  # fmt: skip
+def test_a_wrong_value_is_named(
+    words: tuple[str, str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    app = App(add_completion=False, rich_markup_mode=None)
+    app.command()(limited)
+    monkeypatch.setattr(sys, 'argv', ['tool.sh', *words])
+    with pytest.raises(SystemExit):
+        app()
+    said = capsys.readouterr().err
+    assert said.startswith(f"tool.sh: Invalid value for '{words[0]}': ")
+    assert said.count(words[1]) == 1
+    assert said.count('\n') == 1

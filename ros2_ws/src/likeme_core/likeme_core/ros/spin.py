@@ -31,7 +31,8 @@ def run_node(
 
     rclpy's signal handlers shut the context down while callbacks may still publish. These handlers
     only set a flag: the running callback ends first, then node and context are shut down. They are
-    also installed if SIGINT was inherited as ignored, as from a shell script's `&`.
+    also installed if SIGINT was inherited as ignored, as from a shell script's `&`. A SIGINT that
+    was blocked until now ends the node as any other.
 
     Args:
         name: of the node, for the error message if it does not start.
@@ -45,6 +46,8 @@ def run_node(
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: signals.append(received))
+    # Blocked by who started the process, so that none came while modules were imported.
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     rclpy.init(
         args=None if args is None else list(args), signal_handler_options=SignalHandlerOptions.NO
     )

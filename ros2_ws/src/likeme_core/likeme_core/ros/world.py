@@ -53,9 +53,14 @@ class WorldNames:
         """world: None if nobody publishes it; numbers are then shown as they are."""
         self.message = world
 
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The names of all states; none before they are known."""
+        return () if self.message is None else tuple(self.message.regions)
+
     def state(self, number: int) -> str:
         """The name of a state."""
-        return self._name([] if self.message is None else list(self.message.regions), number)
+        return self._name(list(self.states), number)
 
     def action(self, number: int) -> str:
         """The name of an action."""
@@ -67,9 +72,8 @@ class WorldNames:
         Raises:
             ValueError: with the names.
         """
-        known = [] if self.message is None else list(self.message.regions)
-        if name.lower() not in [each.lower() for each in known]:
-            names = ', '.join(each.lower() for each in known)
+        if name.lower() not in [each.lower() for each in self.states]:
+            names = ', '.join(each.lower() for each in self.states)
             raise ValueError(f'Expected one of {names}, got {name!r}.')
 
     def action_of(self, manner: str, target: str) -> str:

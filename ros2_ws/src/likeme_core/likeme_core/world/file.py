@@ -66,6 +66,17 @@ def load_world(name_or_path: str = DEFAULT_WORLD) -> World:
     return _read(world_path(name_or_path))
 
 
+def load_world_anew(name_or_path: str) -> World:
+    """As load_world, from the file as it is now; load_world keeps what it has read.
+
+    Raises:
+        WorldFileError: the file is not a valid world.
+        ValueError: no such world.
+    """
+    _read.cache_clear()
+    return load_world(name_or_path)
+
+
 @cache
 def _read(path: Path) -> World:
     try:
