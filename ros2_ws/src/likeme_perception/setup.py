@@ -17,7 +17,6 @@ setup(
         'opencv-python-headless',
         'pyyaml',
         'scipy',
-        'typer',
     ],
     zip_safe=False,
     maintainer='LikeMe maintainers',
@@ -27,7 +26,6 @@ setup(
     extras_require={'test': ['pytest']},
     entry_points={
         'console_scripts': [
-            'look = likeme_perception.look:main',
             'perception_node = likeme_perception.perception_node:main',
         ],
     },

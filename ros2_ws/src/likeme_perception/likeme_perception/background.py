@@ -38,7 +38,8 @@ class Background:
     plane. colour: mean RGB, (H, W, 3). depth: mean, (H, W) m. area: the table top. covered: pixels
     of the table that something from beside it, a hand, hid: nothing was learned there. bare: depth
     below which a pixel of the table is foreground once it is uncovered, (H, W) m. top: `table` as
-    it was learned, with what was covered since.
+    it was learned, with what was covered since. roughness: robust standard deviation, m, of the
+    bare table's height over its plane, by noise and distortion of the depth.
     """
 
     view: CameraView
@@ -50,6 +51,7 @@ class Background:
     covered: Mask
     bare: ImageF
     top: Mask
+    roughness: float = 0.0
 
     def foreground(self, frame: RgbdFrame) -> ImageB:
         """Foreground mask, morphologically opened, (H, W) 0 or 1."""
@@ -165,8 +167,17 @@ def learned_background(
     covered = _covered(structure, on_table, depth, view, config, area)
     table = on_table | objects
     return Background(
-        view, nearest.astype(np.float32), table, colour, depth, area, covered, bare, table
-    )
+        view, nearest.astype(np.float32), table, colour, depth, area, covered, bare, table,
+        _roughness(depth, view, table & (depth > bare)),
+    )  # fmt: skip
+
+
+def _roughness(depth: ImageF, view: CameraView, bare: Mask) -> float:
+    """Robust standard deviation of the height, m, of the pixels of the bare table (H, W)."""
+    height = (depth * view.slope + view.origin[2])[bare]
+    if len(height) == 0:
+        return 0.0
+    return 1.4826 * float(np.median(np.abs(height - np.median(height))))
 
 
 def _wide(mask: Mask) -> Mask:

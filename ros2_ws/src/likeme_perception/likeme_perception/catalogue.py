@@ -16,6 +16,9 @@ from likeme_core.world import World
 from likeme_perception.colour import ColourComponent, LogDensity, mixture_log_density, mixture_of
 from likeme_perception.top_view import Shape
 
+# Share of a round object's extent that is seen from above; its sides are too steep.
+_SEEN_SHARE = 0.8
+
 
 @dataclass(frozen=True)
 class CatalogueObject:
@@ -51,9 +54,40 @@ class Catalogue:
         return np.asarray(self.log_density.max(axis=0), np.float32)
 
     @cached_property
+    def lengths(self) -> NDArray[np.float64]:
+        """Length of each object as it was taught, (objects,) m."""
+        return np.array([o.length for o in self.objects])
+
+    @cached_property
+    def log_poses(self) -> NDArray[np.float64]:
+        """Logarithms of length, width and height (m) of each object in its poses, (objects, 3, 3).
+
+        As it was taught, turned on its side, and on end.
+        """
+        return np.log(np.stack([_poses(o) for o in self.objects]))
+
+    @cached_property
+    def longest(self) -> float:
+        """Greatest extent of the objects, m; 0 without objects."""
+        return max((max(o.length, o.width, o.height) for o in self.objects), default=0.0)
+
+    @cached_property
     def likeliest(self) -> NDArray[np.intp]:
         """Index of the most likely object at each colour bin, (bins,)."""
         return np.asarray(self.log_density.argmax(axis=0))
+
+
+def _poses(known: CatalogueObject) -> NDArray[np.float64]:
+    """Length, width and height, m, of an object as taught, on its side, and on end, (3, 3)."""
+    length, width, height = known.length, known.width, known.height
+    above = _SEEN_SHARE * height
+    return np.array(
+        [
+            (length, width, height),
+            (max(length, above), min(length, above), width / _SEEN_SHARE),
+            (max(width, above), min(width, above), length / _SEEN_SHARE),
+        ]
+    )
 
 
 class ObjectSample(NamedTuple):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -18,12 +17,10 @@ from likeme_perception.typed_values import (
     flag,
     number,
     numbers,
-    read_text,
     text,
     texts,
     triple,
     whole_number,
-    yaml_mapping,
 )
 
 SIDES = ('near', 'far', 'left', 'right')
@@ -169,14 +166,6 @@ def config_from(
         raise ValueError(f'Expected settings among {sorted(types)}, got {unknown[0]!r}.')
     changes = {name: _READERS[types[name]](name, value) for name, value in values.items()}
     return replace(base or world_config(load_world()), **changes)
-
-
-def load_config(path: Path, base: PerceptionConfig | None = None) -> PerceptionConfig:
-    """Read a configuration from a YAML file with the values that differ from `base`."""
-    config = config_from(yaml_mapping(read_text(path), path), base)
-    # Raises for an invalid pose.
-    config.camera_pose()
-    return config
 
 
 def _rectangle(name: str, value: Any) -> Rectangle | None:

@@ -4,29 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import NamedTuple
 
-from likeme_core.observations import Demonstration
+from likeme_core.observations import Demonstration, ObservedAttempt
 from likeme_core.stamps import seconds
+from likeme_perception.act_manner import act_manner, moved_at
+from likeme_perception.attempt_tracking import AttemptTracker
 from likeme_perception.config import PerceptionConfig
-from likeme_perception.manner_recognition import manner_probability, with_missing_frames
 from likeme_perception.observation import (
     ObjectObservation,
     TableObservation,
     UnresolvedAct,
     UnresolvedReason,
 )
-from likeme_perception.rise_estimation import (
-    MOVED_DISTANCE,
-    TrackSample,
-    estimate_rise,
-    horizontal_distance,
-)
-
-#: s between two frames from which an object may have been moved unseen; 5 Hz is still enough to
-#: tell all manners (bench.sh eyes).
-LONGEST_PERIOD = 0.25
+from likeme_perception.rise_estimation import MOVED_DISTANCE, TrackSample, horizontal_distance
 
 
 @dataclass
@@ -45,10 +36,15 @@ class HandEpisode:
 
 
 class CompletedActs(NamedTuple):
-    """The acts of a hand that has left: demonstrations, and acts that could not be resolved."""
+    """What a frame told of acts.
+
+    demonstrations, unresolved: of a hand that has left; the latter could not be resolved.
+    attempts: acts that are under way since this frame, or ended in it.
+    """
 
     demonstrations: tuple[Demonstration, ...] = ()
     unresolved: tuple[UnresolvedAct, ...] = ()
+    attempts: tuple[ObservedAttempt, ...] = ()
 
 
 class DemonstrationTracker:
@@ -68,22 +64,27 @@ class DemonstrationTracker:
         self._config = config
         self._settled: dict[str, ObjectObservation] = {}
         self._episode: HandEpisode | None = None
+        self._attempts: AttemptTracker | None = None
         self.unresolved: Counter[UnresolvedReason] = Counter()
 
     def update(self, now: TableObservation) -> CompletedActs:
         """Process one frame; the acts that it completes, in the order the objects moved."""
         if self._episode is None and now.hand_in_view:
             self._episode = HandEpisode(now.stamp, dict(self._settled))
-        if self._episode is None:
+            self._attempts = AttemptTracker(self._config, self._settled)
+        if self._episode is None or self._attempts is None:
             self._store_settled(now)
             return CompletedActs()
         self._record(self._episode, now)
+        attempts = self._attempts.update(now)
         if not self._complete(self._episode, now):
-            return CompletedActs()
+            return CompletedActs(attempts=attempts)
         episode, self._episode = self._episode, None
         self._store_settled(now)
         acts = CompletedActs(
-            self._demonstrations(episode, now), self._unresolved_acts(episode, now)
+            self._demonstrations(episode, now),
+            self._unresolved_acts(episode, now),
+            attempts + self._attempts.ended(),
         )
         self.unresolved.update(act.reason for act in acts.unresolved)
         return acts
@@ -93,12 +94,12 @@ class DemonstrationTracker:
 
         What is at rest keeps the state it had before, so that the act counts when it goes on.
         """
-        if self._episode is None:
+        if self._episode is None or self._attempts is None:
             return CompletedActs()
         self._episode = None
         act = UnresolvedAct(stamp, None, UnresolvedReason.STILL)
         self.unresolved[act.reason] += 1
-        return CompletedActs((), (act,))
+        return CompletedActs((), (act,), self._attempts.ended())
 
     def _store_settled(self, now: TableObservation) -> None:
         self._settled |= {o.name: o for o in now.objects if o.settled}
@@ -139,7 +140,11 @@ class DemonstrationTracker:
             if (after := self._settled.get(name)) is not None and after.state != before.state
         ]
         acts = [
-            (_moved_at(episode, b), self._demonstration(episode, b, a, now)) for b, a in changed
+            (
+                moved_at(episode.samples.get(b.name, []), b, episode.start),
+                self._demonstration(episode, b, a, now),
+            )
+            for b, a in changed
         ]
         return tuple(act for _, act in sorted(acts, key=lambda pair: pair[0]))
 
@@ -169,50 +174,22 @@ class DemonstrationTracker:
     ) -> Demonstration:
         assert before.state is not None, 'Only settled objects are compared.'
         assert after.state is not None, 'Only settled objects are compared.'
-        rise = estimate_rise(episode.samples.get(before.name, []), before, after)
-        c = self._config
-        manners = () if c.world is None else c.world.manners
-        p_manner = manner_probability(rise, c.place_rise, c.place_rise_scale, manners)
-        p_manner = with_missing_frames(p_manner, _missing_share(episode, before))
-        # Of two that are equally likely, the one with the lower number.
-        manner = min(p_manner, key=lambda m: (-p_manner[m], m))
+        samples = episode.samples.get(before.name, [])
+        told = act_manner(self._config, samples, before, after, episode.start, episode.left)
         return Demonstration(
             stamp=now.stamp,
             frame=now.frame_id,
             object=before.name,
             x_i=before.state,
             x_f=after.state,
-            manner=manner,
+            manner=told.manner,
             start=episode.start,
             end=episode.left or episode.start,
             x_i_probability=before.state_probability,
             x_f_probability=after.state_probability,
-            manner_probability=p_manner[manner],
-            rise=rise,
+            manner_probability=told.probability,
+            rise=told.rise,
         )
-
-
-def _moved_at(episode: HandEpisode, before: ObjectObservation) -> int:
-    """Stamp of the first frame in which the object was not where it lay."""
-    for sample in episode.samples.get(before.name, []):
-        if (
-            sample.place is None
-            or horizontal_distance(sample.place, before.centroid) > MOVED_DISTANCE
-        ):
-            return sample.stamp
-    return episode.start
-
-
-def _missing_share(episode: HandEpisode, before: ObjectObservation) -> float:
-    """Share of the time in which the object moved that lies between frames too far apart."""
-    stamps = [s.stamp for s in episode.samples.get(before.name, [])]
-    moved, left = _moved_at(episode, before), episode.left or episode.start
-    gaps = [
-        seconds(b - a)
-        for a, b in pairwise(stamps)
-        if b >= moved and a <= left and seconds(b - a) > LONGEST_PERIOD
-    ]
-    return min(1.0, sum(gaps) / max(seconds(left - moved), LONGEST_PERIOD))
 
 
 def _was_moved(samples: list[TrackSample], before: ObjectObservation) -> bool:

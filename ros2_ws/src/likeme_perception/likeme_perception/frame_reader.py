@@ -144,17 +144,27 @@ def decode_frame(colour: Any, depth: Any) -> RgbdFrame:
         ValueError: an encoding is not known, or sizes do not fit.
     """
     return RgbdFrame(
-        stamp_ns(depth.header.stamp), depth.header.frame_id, _colour(colour), _depth(depth)
+        stamp_ns(depth.header.stamp), depth.header.frame_id, colour_of(colour), depth_of(depth)
     )
 
 
-def _colour(image: Any) -> ImageB:
+def colour_of(image: Any) -> ImageB:
+    """Colour (H, W, 3) in RGB order of an Image or CompressedImage message.
+
+    Raises:
+        ValueError: the encoding is not known, or the data does not fit the size.
+    """
     if hasattr(image, 'format'):
         return decode_compressed_rgb(image.data)
     return decode_rgb(image.data, image.encoding, image.height, image.width, image.step)
 
 
-def _depth(image: Any) -> ImageF:
+def depth_of(image: Any) -> ImageF:
+    """Depth (H, W), m, NaN = no reading, of an Image or CompressedImage message.
+
+    Raises:
+        ValueError: the encoding is not known, or the data does not fit the size.
+    """
     if hasattr(image, 'format'):
         return decode_compressed_depth(image.data, image.format)
     return decode_depth(

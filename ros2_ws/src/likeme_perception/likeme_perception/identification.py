@@ -1,4 +1,4 @@
-"""Identification of blobs: probability of each catalogue object by colour and size."""
+"""Identification of blobs by colour and size: probability of each object, and of none."""
 
 from __future__ import annotations
 
@@ -14,10 +14,14 @@ from likeme_perception.top_view import Shape
 
 # Neighbouring pixels are correlated: the pixels of a blob count as so many independent ones.
 _INDEPENDENT_PIXELS = 6.0
-# Relative standard deviation of an object's seen length and width over its poses.
-_SIZE_DEVIATION = 0.3
+# Standard deviation of the logarithm of each seen extent of an object in one of its poses.
+_SIZE_DEVIATION = 0.13
 # What is so many times as long as an object is none of its poses: it is something else, or more.
 _TOO_LONG = 1.6
+# Shortest and longest extent, m, of objects in no catalogue; their logarithms are uniform.
+_SHORTEST, _LONGEST = 0.01, 0.4
+# Probability that an object in no catalogue has the colours of a known one.
+_SAME_COLOUR = 0.5
 
 
 class Assignment(NamedTuple):
@@ -30,25 +34,57 @@ class Assignment(NamedTuple):
 def identity_probability(
     catalogue: Catalogue, bins: Bins, shape: Shape | None = None, whole: bool = True
 ) -> NDArray[np.float64]:
-    """p(object | pixels), with an unknown object as last element; sums to 1, (objects + 1,).
+    """p(object | pixels, size), with "none of them" as last element; sums to 1, (objects + 1,).
 
-    log p = n mean_i log p(colour_i | object) + log p(size | object), n independent pixels.
-    shape: None: size is not used. whole: False when part of the blob is hidden; then its size only
-    tells what it is too long for.
+    log p = n mean_i log p(colour_i | object) + log p(size | object), n independent pixels. What is
+    in no catalogue has any colour and any size, or any size and the colours of a known object.
+    shape: None: size is not used; its height is not used if it is NaN. whole: False when part of
+    the blob is hidden; then its size only tells what it is too long for.
     """
     if len(bins) == 0:
         raise ValueError('Expected pixels to identify, got 0.')
+    if not catalogue.objects:
+        return np.ones(1)
     colour = catalogue.log_density[:, bins].mean(axis=1, dtype=np.float64)
     score = _INDEPENDENT_PIXELS * np.append(colour, UNKNOWN_LOG_DENSITY)
     if shape is not None:
-        for k, known in enumerate(catalogue.objects):
-            sizes = ((shape.length, known.length), (shape.width, known.width))
-            for seen, usual in sizes if whole else ():
-                score[k] -= 0.5 * (np.log(max(seen, 1e-3) / usual) / _SIZE_DEVIATION) ** 2
-            if shape.length > _TOO_LONG * known.length:
-                score[k] = -np.inf
+        if whole:
+            score[-1] = np.logaddexp(score[-1], score[:-1].max() + np.log(_SAME_COLOUR))
+            score[-1] += _any_size_log_density(shape)
+            score[:-1] += _size_log_density(shape, catalogue)
+        # A size that fits does not make up for colours that do not.
+        none = (shape.length > _TOO_LONG * catalogue.lengths) | (colour < UNKNOWN_LOG_DENSITY)
+        score[:-1][none] = -np.inf
     weight = np.exp(score - score.max())
     return np.asarray(weight / weight.sum())
+
+
+def _size_log_density(shape: Shape, catalogue: Catalogue) -> NDArray[np.float64]:
+    """log p(extents | object) of the logarithms of length, width and height, over its poses."""
+    seen = np.array((shape.length, shape.width, shape.height))
+    # The height may be NaN.
+    used = 2 if np.isnan(shape.height) else 3
+    off = np.log(np.maximum(seen[:used], 1e-3)) - catalogue.log_poses[:, :, :used]
+    density = np.exp(-0.5 * ((off / _SIZE_DEVIATION) ** 2).sum(axis=2)).mean(axis=1)
+    norm = used * np.log(_SIZE_DEVIATION * np.sqrt(2 * np.pi))
+    return np.asarray(np.log(density + 1e-300) - norm)
+
+
+def _any_size_log_density(shape: Shape) -> float:
+    """The same of an object in no catalogue; its width is at most its length."""
+    extents = 2 if np.isnan(shape.height) else 3
+    return float(np.log(2.0) - extents * np.log(np.log(_LONGEST / _SHORTEST)))
+
+
+def fits(probability: NDArray[np.float64], least: float) -> int | None:
+    """The object that a blob may be called, by catalogue index; None: none of them.
+
+    It is at least so probable, and more than none of them. probability: (objects + 1,).
+    """
+    if len(probability) < 2:
+        return None
+    k = int(probability[:-1].argmax())
+    return k if probability[k] >= least and probability[k] > probability[-1] else None
 
 
 def alike_in_colour(catalogue: Catalogue, bins: Bins) -> set[int]:
@@ -68,15 +104,17 @@ def alike_in_size(catalogue: Catalogue, shape: Shape) -> set[int]:
 def assign(probability: NDArray[np.float64], least: float) -> dict[int, Assignment]:
     """The optimal one-to-one assignment (Hungarian method), by object index.
 
-    probability: (blobs, objects + 1) from identity_probability. Pairs below `least` are left out.
+    probability: (blobs, objects + 1) from identity_probability. Pairs that do not fit are left
+    out.
     """
     if probability.size == 0 or probability.shape[1] < 2:
         return {}
     named = probability[:, :-1]
-    cost = np.where(named >= least, -np.log(np.maximum(named, 1e-12)), 1e3)
+    allowed = (named >= least) & (named > probability[:, -1:])
+    cost = np.where(allowed, -np.log(np.maximum(named, 1e-12)), 1e3)
     rows, columns = linear_sum_assignment(cost)
     return {
         int(k): Assignment(int(b), float(named[b, k]))
         for b, k in zip(rows, columns, strict=True)
-        if named[b, k] >= least
+        if allowed[b, k]
     }

@@ -15,17 +15,19 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from likeme_core.observations import Demonstration
+from likeme_core.observations import Demonstration, ObservedAttempt
 from likeme_core.ros.diagnostics import diagnostics_msg
 from likeme_core.ros.time import time_msg
 from likeme_core.ros.transforms import transform_msg
 from likeme_core.world import World
+from likeme_msgs.msg import Attempt, FrameDone, ObjectState, TableState
 from likeme_msgs.msg import Demonstration as DemonstrationMsg
-from likeme_msgs.msg import FrameDone, ObjectState, TableState
+from likeme_msgs.msg import UnknownObject as UnknownObjectMsg
 from likeme_perception.demonstration_fields import demonstration_fields
 from likeme_perception.frame_counts import FrameRate
 from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.overlay import state_colour
+from likeme_perception.unknown_objects import UnknownObject
 
 
 def table_state(
@@ -42,6 +44,22 @@ def table_state(
         settled=table.settled,
         reason=table.reason,
         objects=[object_state(seen) for seen in table.objects],
+        unknown_objects=[unknown_object(seen) for seen in table.unknown_objects],
+    )
+
+
+def unknown_object(seen: UnknownObject) -> UnknownObjectMsg:
+    """UnknownObject of one that is none of the world's."""
+    x, y, z = seen.shape.centroid
+    return UnknownObjectMsg(
+        name=seen.name,
+        fits=seen.fits,
+        unknown_probability=seen.probability,
+        centroid=Point(x=x, y=y, z=z),
+        major_axis_yaw=seen.shape.yaw,
+        major_axis_length=seen.shape.length,
+        minor_axis_length=seen.shape.width,
+        height=seen.shape.height,
     )
 
 
@@ -57,6 +75,7 @@ def object_state(seen: ObjectObservation) -> ObjectState:
         centroid=Point(x=x, y=y, z=z),
         identity_probability=seen.identity_probability,
         last_seen=time_msg(seen.last_seen),
+        reason=seen.reason,
     )
     if seen.shape is not None:
         message.major_axis_yaw = seen.shape.yaw
@@ -71,6 +90,29 @@ def demonstration(act: Demonstration, header: Header, world: World) -> Demonstra
     times = {'start': time_msg(act.start), 'end': time_msg(act.end)}
     fields = demonstration_fields(act) | times
     return DemonstrationMsg(header=header, world=world.label, **fields)
+
+
+def attempt(act: ObservedAttempt, header: Header, world: World) -> Attempt:
+    """Attempt with the header of the depth image in which it was noticed."""
+    return Attempt(
+        header=header,
+        world=world.label,
+        object=act.object,
+        manner=_number(act.manner),
+        manner_probability=act.manner_probability,
+        direction=_number(act.direction),
+        x_i=int(act.x_i),
+        x_f=_number(act.x_f),
+        x_i_probability=list(act.x_i_probability),
+        x_f_probability=list(act.x_f_probability),
+        under_way=act.under_way,
+        start=time_msg(act.start),
+        end=time_msg(act.end),
+    )
+
+
+def _number(value: int | None) -> int:
+    return Attempt.UNKNOWN if value is None else int(value)
 
 
 def cell_frames(world: World, reference_frame: str, stamp: Time) -> list[TransformStamped]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import cv2
@@ -12,10 +13,11 @@ from numpy.typing import NDArray
 from likeme_core.regions import Regions
 from likeme_core.stamps import nanoseconds
 from likeme_core.tabletop import State
-from likeme_perception.blobs import Blob, Index
+from likeme_perception.blobs import Index
 from likeme_perception.camera_view import CameraView
 from likeme_perception.catalogue import CatalogueObject
 from likeme_perception.config import PerceptionConfig
+from likeme_perception.object_detection import ObjectDetection
 from likeme_perception.observation import ObjectObservation
 from likeme_perception.occlusion_correction import correct_occluded_shape
 from likeme_perception.rgbd import RgbdFrame, depth_sigma
@@ -31,18 +33,6 @@ _AREA_STEP = 0.05
 # An object is held if its top is this much (m) higher than it can stand; the neighbourhood
 # (pixels) in which a hand touches it.
 _RAISED, _TOUCH = 0.03, np.ones((15, 15), np.uint8)
-
-
-class ObjectDetection(NamedTuple):
-    """An object detected in a frame; identity: probability that it is that object.
-
-    beside_limb: a hand or an arm touches it in the image.
-    """
-
-    blob: Blob
-    shape: Shape
-    identity: float
-    beside_limb: bool
 
 
 class FrameContext(NamedTuple):
@@ -128,9 +118,9 @@ class ObjectTrack:
             self._last = seen
         return seen
 
-    def unknown(self, regions: Regions) -> ObjectObservation:
+    def unknown(self, regions: Regions, reason: str) -> ObjectObservation:
         """The object in a frame that cannot be read; the track stays as it is."""
-        return _not_visible(self._last, None, False, regions)
+        return _unknown(self._last, reason, regions)
 
     def _seen(
         self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
@@ -201,10 +191,11 @@ class ObjectTrack:
             self._unseen_since = stamp
         elsewhere = context.regions.elsewhere
         if last.state == elsewhere and self._may_be_back(context, maybe):
-            return _not_visible(last, None, False, context.regions)
-        if last.state != elsewhere and (maybe or self._may_be_hidden(context)):
+            return _unknown(last, 'a hand may have brought it back', context.regions)
+        hidden = '' if last.state == elsewhere else self._why_hidden(context, maybe)
+        if hidden:
             self._unseen_since = stamp
-            return _not_visible(last, None, False, context.regions)
+            return _unknown(last, hidden, context.regions)
         gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
         if last.state == elsewhere or gone:
             self._template = None if gone else self._template
@@ -220,10 +211,15 @@ class ObjectTrack:
             self._brought = maybe or not context.table_seen()
         return self._brought
 
-    def _may_be_hidden(self, context: FrameContext) -> bool:
-        if context.limb_in_view or context.hidden_by_absorbed(self._last.centroid):
-            return True
-        return not context.table_seen()
+    def _why_hidden(self, context: FrameContext, maybe: bool) -> str:
+        """Why the object may be there although it is not seen; empty if it may not."""
+        if context.limb_in_view:
+            return f'{"a hand" if context.hand else "an arm"} may cover or hold it'
+        if context.hidden_by_absorbed(self._last.centroid):
+            return 'a hand or an arm that rests covers its place'
+        if maybe:
+            return 'something in view may be it'
+        return '' if context.table_seen() else 'part of the table has no depth'
 
 
 def _not_visible(
@@ -238,3 +234,7 @@ def _not_visible(
         shape=last.shape,
         last_seen=last.last_seen,
     )
+
+
+def _unknown(last: ObjectObservation, reason: str, regions: Regions) -> ObjectObservation:
+    return replace(_not_visible(last, None, False, regions), reason=reason)

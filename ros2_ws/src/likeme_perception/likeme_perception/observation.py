@@ -9,13 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.observations import Demonstration, ObservedAttempt, TableSnapshot
 from likeme_core.tabletop import State
 from likeme_core.world.values import UNKNOWN
 from likeme_perception.blobs import Index
 from likeme_perception.hand_tip import HandTip
 from likeme_perception.state_probability import Probability
 from likeme_perception.top_view import Shape
+from likeme_perception.unknown_objects import UnknownObject
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +25,8 @@ class ObjectObservation:
 
     state: None while the object may be hidden and before it was seen. state_probability: by the
     states' numbers; empty before the first frame. shape: as last seen, None if
-    never seen. pixels: flat indices in this frame's image.
+    never seen. pixels: flat indices in this frame's image. reason: why the state is None, where
+    that is known.
     """
 
     name: str
@@ -36,6 +38,7 @@ class ObjectObservation:
     identity_probability: float = 0.0
     last_seen: int = 0
     pixels: Index = field(default_factory=lambda: np.zeros(0, np.intp))
+    reason: str = ''
 
     @property
     def state_name(self) -> str:
@@ -71,9 +74,10 @@ class TableObservation:
     """Objects, hand and arm in one frame.
 
     learned: whether the background is known; without it there are no objects. demonstrations,
-    unresolved: acts completed by this frame. hand, arm: pixels, flat indices. unknown_objects:
-    pixels and shape of objects that are not in the catalogue. reason: why the frame tells nothing,
-    so that every state is unknown; empty if it was read.
+    unresolved: acts completed by this frame. attempts: acts that it shows to be under way or to
+    have ended. hand, arm: pixels, flat indices. unknown_objects: what else is on the table and
+    touches neither hand nor arm. reason: why the frame tells nothing, so that every state is
+    unknown; empty if it was read.
     """
 
     stamp: int
@@ -85,10 +89,11 @@ class TableObservation:
     objects: tuple[ObjectObservation, ...] = ()
     demonstrations: tuple[Demonstration, ...] = ()
     unresolved: tuple[UnresolvedAct, ...] = ()
+    attempts: tuple[ObservedAttempt, ...] = ()
     hand_tip: HandTip | None = None
     hand: Index = field(default_factory=lambda: np.zeros(0, np.intp))
     arm: Index = field(default_factory=lambda: np.zeros(0, np.intp))
-    unknown_objects: tuple[tuple[Index, Shape], ...] = ()
+    unknown_objects: tuple[UnknownObject, ...] = ()
     reason: str = ''
 
     @property

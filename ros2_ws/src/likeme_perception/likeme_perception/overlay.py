@@ -15,6 +15,7 @@ from likeme_perception.blobs import Index, mask_of
 from likeme_perception.camera_view import CameraView
 from likeme_perception.observation import ObjectObservation, TableObservation
 from likeme_perception.top_view import Shape
+from likeme_perception.unknown_objects import UnknownObject
 
 ImageB = NDArray[np.uint8]
 Colour = tuple[int, int, int]
@@ -25,6 +26,7 @@ SCALE = 2
 _UNKNOWN: Colour = (205, 205, 205)
 _HAND: Colour = (255, 221, 87)
 _ARM: Colour = (186, 148, 255)
+_REFUSED: Colour = (255, 120, 100)
 _WHITE: Colour = (255, 255, 255)
 _DARK: Colour = (24, 28, 36)
 _FONT = cv2.FONT_HERSHEY_DUPLEX
@@ -54,8 +56,8 @@ def draw(
         _tint(canvas, pixels, rgb.shape[:2], colour)
     if world is not None:
         _draw_regions(canvas, view, world)
-    for pixels, shape in table.unknown_objects:
-        _draw_unknown_object(canvas, view, pixels, shape, rgb.shape[:2])
+    for each in table.unknown_objects:
+        _draw_unknown_object(canvas, view, each, rgb.shape[:2])
     for seen in table.objects:
         if seen.visible and seen.shape is not None:
             _draw_object(canvas, view, seen, seen.shape, rgb.shape[:2], world)
@@ -138,12 +140,22 @@ def _draw_object(
     cv2.drawContours(canvas, contours, -1, _DARK, 5, cv2.LINE_AA)
     cv2.drawContours(canvas, contours, -1, colour, 3 if seen.settled else 2, cv2.LINE_AA)
     _draw_axis(canvas, view, shape, colour)
-    label = f'{seen.name}  {seen.state_name}'
-    if seen.state is not None:
-        label += f' {100 * max(seen.state_probability):.0f}%'
+    sure = seen.identity_probability >= 0.995
+    name = seen.name if sure else f'{seen.name} {100 * seen.identity_probability:.0f}%'
+    label = f'{name}  {_states(seen, world)}'
     top = min((int(c[:, 0, 1].min()) for c in contours), default=40)
     middle = _pixels_of(view, np.array([shape.centroid]))[0] >> _SHIFT
     _label(canvas, label, (int(middle[0]), top - 22), colour)
+
+
+def _states(seen: ObjectObservation, world: World | None) -> str:
+    """The object's state with its probability, and others that are at least 1 % probable."""
+    if seen.state is None:
+        return seen.state_name
+    ranked = sorted(enumerate(seen.state_probability), key=lambda each: -each[1])
+    others = [] if world is None else [(world.states[k].name, p) for k, p in ranked[1:]]
+    told = [(seen.state_name, max(seen.state_probability)), *(o for o in others if o[1] >= 0.01)]
+    return '  '.join(f'{name} {100 * p:.0f}%' for name, p in told)
 
 
 def _draw_axis(canvas: ImageB, view: CameraView, shape: Shape, colour: Colour) -> None:
@@ -158,34 +170,38 @@ def _draw_axis(canvas: ImageB, view: CameraView, shape: Shape, colour: Colour) -
 
 
 def _draw_unknown_object(
-    canvas: ImageB, view: CameraView, pixels: Index, shape: Shape, size: tuple[int, ...]
+    canvas: ImageB, view: CameraView, found: UnknownObject, size: tuple[int, ...]
 ) -> None:
-    """Draw an object that is not in the catalogue."""
+    """Draw an object that is not in the catalogue, or one of several of a kind."""
     colour = (120, 230, 140)
-    contours = _contours(_large_mask(pixels, size))
+    contours = _contours(_large_mask(found.pixels, size))
     cv2.drawContours(canvas, contours, -1, _DARK, 4, cv2.LINE_AA)
     cv2.drawContours(canvas, contours, -1, colour, 2, cv2.LINE_AA)
-    _draw_axis(canvas, view, shape, colour)
-    middle = _pixels_of(view, np.array([shape.centroid]))[0] >> _SHIFT
-    _text(
-        canvas, 'unknown object', (int(middle[0]), int(middle[1]) - 14), 0.5, colour, centred=True
-    )
+    _draw_axis(canvas, view, found.shape, colour)
+    middle = _pixels_of(view, np.array([found.shape.centroid]))[0] >> _SHIFT
+    at = int(middle[0]), int(middle[1]) - 14
+    _text(canvas, found.name.replace('_', ' '), at, 0.5, colour, centred=True)
 
 
 def _draw_unseen(canvas: ImageB, table: TableObservation, world: World | None) -> None:
     """List the objects that are not visible in the lower left corner."""
-    unseen = [o for o in table.objects if not o.visible]
+    unseen = [] if table.reason else [o for o in table.objects if not o.visible]
     for k, o in enumerate(reversed(unseen)):
-        label = f'{o.name}  {"covered" if o.state is None else o.state.name}, not in view'
+        why = 'not in view' if o.state is not None else o.reason or 'not seen yet'
+        label = f'{o.name}  {o.state_name}, {why}'
         width = cv2.getTextSize(label, _FONT, 0.6, 1)[0][0]
         at = width // 2 + 26, canvas.shape[0] - 32 - 40 * k
         _label(canvas, label, at, state_colour(o.state, world))
 
 
 def _draw_title(canvas: ImageB, table: TableObservation, title: str) -> None:
-    """Draw the title, and whether hand or arm are in view, upper left."""
+    """Draw the title, and whether hand or arm are in view or nothing is known, upper left."""
     if title:
         _text(canvas, title, (22, 44), 1.0, _WHITE)
+    if table.reason:
+        status = f'all states are UNKNOWN: {table.reason}'
+        _text(canvas, status, (22, 80 if title else 44), 0.65, _REFUSED)
+        return
     limbs = [n for n, seen in (('hand', table.hand_in_view), ('arm', table.arm_in_view)) if seen]
     status = ' and '.join(limbs) + ' in view' if limbs else 'settled' if table.settled else ''
     if status:

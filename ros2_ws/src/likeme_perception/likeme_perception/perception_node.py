@@ -28,7 +28,8 @@ from likeme_core.ros.transforms import StaticTransforms
 from likeme_core.ros.world import WorldPublisher, declare_world
 from likeme_core.settings import Setting
 from likeme_core.stamps import stamp_ns
-from likeme_msgs.msg import Demonstration, FrameDone, TableState
+from likeme_core.world.file import load_world_anew
+from likeme_msgs.msg import Attempt, Demonstration, FrameDone, TableState
 from likeme_perception import messages
 from likeme_perception.frame_counts import FrameCounts, Throttle
 from likeme_perception.frame_reader import FrameReader
@@ -72,6 +73,8 @@ class PerceptionNode(ManagedNode):
     | world | likeme_msgs/World | latched: what the numbers in messages mean |
     | table_state | likeme_msgs/TableState | per frame, once the background is known |
     | demonstration | likeme_msgs/Demonstration | a human act, when it is complete |
+    | attempt | likeme_msgs/Attempt | a human act when it is under way, and when it has ended,
+      wherever the object is then |
     | frame_done | likeme_msgs/FrameDone | each frame and camera_info, when processed |
     | table_markers | visualization_msgs/MarkerArray | 5 Hz while subscribed |
     | tf_static | tf2_msgs/TFMessage | table, regions, and where the camera is (as configured, then
@@ -93,7 +96,8 @@ class PerceptionNode(ManagedNode):
 
     | offers | type | |
     | --- | --- | --- |
-    | perception/reset | std_srvs/Trigger | forget camera, background and objects |
+    | perception/reset | std_srvs/Trigger | forget camera, background and objects; read
+      `looks` in the world file anew |
 
     History, depth and reliability of the camera topics and of table_state:
     qos_overrides./TOPIC.subscription.* and .publisher.*.
@@ -133,6 +137,7 @@ class PerceptionNode(ManagedNode):
             TableState, 'table_state', 10, qos_overriding_options=OVERRIDABLE
         )
         self._demonstration_pub = self.create_publisher(Demonstration, 'demonstration', 10)
+        self._attempt_pub = self.create_publisher(Attempt, 'attempt', 10)
         self._done_pub = self.create_publisher(FrameDone, 'frame_done', 100)
         self._marker_pub = self.create_publisher(MarkerArray, 'table_markers', 1)
         self._overlay_pub = self.create_publisher(Image, 'table_overlay', 1)
@@ -183,10 +188,23 @@ class PerceptionNode(ManagedNode):
         self._reader, self._reason = FrameReader(settings, intrinsics), ''
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        of_world = self._read_world_anew()
         self._restart(None)
-        response.success, response.message = True, 'Perception waits for camera_info and frames.'
-        self.get_logger().info('Reset: the background is learned anew.')
+        response.success = True
+        response.message = f'Perception waits for camera_info and frames.{of_world}'
+        self.get_logger().info(f'Reset: the background is learned anew.{of_world}')
         return response
+
+    def _read_world_anew(self) -> str:
+        """Take over looks that were taught since the start; a sentence if the world is another."""
+        try:
+            world = load_world_anew(self.get_parameter('world').value)
+        except ValueError as error:
+            return f' The world file is as it was before: {error}'
+        if world.digest != self._world.digest:
+            return f' For {world.label}, as the file says now, start the cell anew.'
+        self._world = world
+        return ''
 
     def _on_info(self, info: CameraInfo) -> None:
         if not self.active:
@@ -268,6 +286,15 @@ class PerceptionNode(ManagedNode):
                 f'Seen: {act.object} from {act.x_i.name} to {act.x_f.name} by '
                 f'{act.manner.name.lower()} ({act.manner_probability:.2f}).'
             )
+        for attempt in table.attempts:
+            self._attempt_pub.publish(messages.attempt(attempt, depth.header, self._world))
+            if attempt.x_f == attempt.x_i:
+                towards = (
+                    f', towards {attempt.direction.name}' if attempt.direction is not None else ''
+                )
+                self.get_logger().info(
+                    f'Tried: {attempt.object}{towards}; it is {attempt.x_i.name} as before.'
+                )
         for unresolved in table.unresolved:
             of = f' on {unresolved.object}' if unresolved.object else ''
             self.get_logger().warning(f'Act{of} not understood: {unresolved.reason}.')

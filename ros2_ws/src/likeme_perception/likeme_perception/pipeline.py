@@ -11,25 +11,20 @@ from numpy.typing import NDArray
 
 from likeme_core.regions import Regions
 from likeme_perception.background import Background, BackgroundLearner
-from likeme_perception.blobs import Blob, Index, mask_of
+from likeme_perception.blobs import Index, mask_of
 from likeme_perception.catalogue import Catalogue, ObjectSample
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.demonstration_tracking import CompletedActs, DemonstrationTracker
 from likeme_perception.depth_holes import with_holes_filled
-from likeme_perception.depth_shadow import detect_in_depth_shadow
 from likeme_perception.errors import NoDepthError
-from likeme_perception.hand_arm_segmentation import HandArmSegmentation, HandArmSegmenter
-from likeme_perception.identification import (
-    Assignment,
-    alike_in_colour,
-    alike_in_size,
-    assign,
-    identity_probability,
-)
+from likeme_perception.hand_arm_segmentation import HandArmSegmenter
+from likeme_perception.identification import alike_in_colour, alike_in_size, fits
 from likeme_perception.light import Light, Rgb, as_taught, light_of, table_colour
-from likeme_perception.object_track import FrameContext, ObjectDetection, ObjectTrack
+from likeme_perception.object_detection import ObjectDetection, ObjectDetector, is_on_table
+from likeme_perception.object_track import FrameContext, ObjectTrack
 from likeme_perception.observation import TableObservation, UnresolvedReason
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
+from likeme_perception.same_kind import SameKindResolver
 from likeme_perception.state_probability import regions_of
 from likeme_perception.static_foreground import (
     AbsorbedRegion,
@@ -38,11 +33,12 @@ from likeme_perception.static_foreground import (
     covered_region,
 )
 from likeme_perception.table_check import CAMERA_MOVED, DEPTH_MISSING, TableCheck
-from likeme_perception.top_view import correct_self_occlusion, shape_of, top_view_parts
-from likeme_perception.touching_objects import merge_parts, split_by_colour
+from likeme_perception.unknown_objects import UnknownObject, UnknownObjectNames
 
 ImageB = NDArray[np.uint8]
 
+#: Why the state of an object is unknown that cannot be told from another on the table.
+TWO_OF_A_KIND = 'two of a kind'
 # Neighbourhood (pixels) of a limb in which an object counts as touching or partly occluded.
 _BESIDE = np.ones((9, 9), np.uint8)
 
@@ -68,6 +64,7 @@ class TabletopPerception:
         known = catalogue.best_log_density if catalogue.objects else None
         self._segmenter = HandArmSegmenter(config, known)
         self._static = StaticForegroundDetector(config.still_time)
+        self._detector = ObjectDetector(config, catalogue)
         # Limbs that did not move; part of the background until they move.
         self._absorbed: tuple[AbsorbedRegion, ...] = ()
         self.absorbed_count = 0
@@ -81,6 +78,8 @@ class TabletopPerception:
         """Reset the tracks and the act in progress; the background is kept."""
         self._tracks = [ObjectTrack(known, self.config) for known in self.catalogue.objects]
         self.demonstrations = DemonstrationTracker(self.config)
+        self._same_kind = SameKindResolver(self.config.settle_time, self.config.min_identity)
+        self._names = UnknownObjectNames(self.config.absence_time)
 
     @property
     def reason(self) -> str:
@@ -171,7 +170,7 @@ class TabletopPerception:
         return TableObservation(
             frame.stamp, frame.frame_id, True,
             last is not None and last.hand_in_view, last is not None and last.arm_in_view,
-            objects=tuple(track.unknown(regions) for track in self._tracks), reason=reason,
+            objects=tuple(track.unknown(regions, reason) for track in self._tracks), reason=reason,
         )  # fmt: skip
 
     def bare_table_colour(self, frame: RgbdFrame) -> Rgb | None:
@@ -184,9 +183,9 @@ class TabletopPerception:
         """The largest object in a processed frame that is not in the catalogue; None: none."""
         if not table.unknown_objects or self.background is None:
             return None
-        pixels, shape = max(table.unknown_objects, key=lambda each: len(each[0]))
-        area = self.background.view.pixel_area(frame.depth.ravel()[pixels]).sum()
-        return ObjectSample(frame.rgb.reshape(-1, 3)[pixels], shape, float(area))
+        largest = max(table.unknown_objects, key=lambda each: len(each.pixels))
+        area = self.background.view.pixel_area(frame.depth.ravel()[largest.pixels]).sum()
+        return ObjectSample(frame.rgb.reshape(-1, 3)[largest.pixels], largest.shape, float(area))
 
     def _restore_background(self, frame: RgbdFrame, background: Background) -> Background:
         """The background without the absorbed limbs that have moved."""
@@ -209,9 +208,8 @@ class TabletopPerception:
         hand = found.hand_area > self.config.intruder_min_area
         arm = found.arm_area > self.config.intruder_min_area
         limb_mask = _dilated_mask(limb, frame.depth.shape)
-        blobs = self._blobs(found, frame)
-        detections, rest = self._identified(blobs, limb_mask if hand or arm else None)
-        unknown = tuple((s.blob.pixels, s.shape) for s in rest if self._is_unknown_object(s))
+        seen = self._detector.detect(found, limb_mask if hand or arm else None, frame, background)
+        (detections, rest), unclear = self._same_kind.resolved(frame.stamp, seen, len(limb) > 0)
         maybe = self._maybe_seen(rest, light)
         if len(limb) == 0:
             self._confusable = self._like_unknown_objects(rest)
@@ -226,9 +224,12 @@ class TabletopPerception:
             lambda: background.table_seen(frame, absorbed),
         )  # fmt: skip
         objects = tuple(
-            track.update(frame, detections.get(k), context, k in maybe)
+            track.unknown(regions, TWO_OF_A_KIND)
+            if k in unclear
+            else track.update(frame, detections.get(k), context, k in maybe)
             for k, track in enumerate(self._tracks)
         )
+        unknown = self._named(rest, frame.stamp, len(limb) > 0, unclear)
         settled = not hand and not arm and all(o.settled for o in objects)
         now = TableObservation(
             frame.stamp, frame.frame_id, True, hand, arm, settled, objects,
@@ -236,18 +237,42 @@ class TabletopPerception:
             unknown_objects=unknown,
         )  # fmt: skip
         acts = self._acts(now, still)
-        return replace(now, demonstrations=acts.demonstrations, unresolved=acts.unresolved)
+        return replace(
+            now, demonstrations=acts.demonstrations, unresolved=acts.unresolved,
+            attempts=acts.attempts,
+        )  # fmt: skip
 
     def _acts(self, now: TableObservation, still: bool) -> CompletedActs:
-        """The acts that a frame completes; still: its hand or arm has become background."""
+        """What a frame tells of acts; still: its hand or arm has become background."""
         if still and now.hand_in_view:
             return self.demonstrations.interrupt(now.stamp)
         return self.demonstrations.update(now)
 
     def _like_unknown_objects(self, rest: list[ObjectDetection]) -> set[int]:
         """Objects in whose colours something else is on the table, by catalogue index."""
-        others = (s for s in rest if self._is_unknown_object(s))
+        others = (s for s in rest if self._on_table(s))
         return {k for s in others for k in alike_in_colour(self.catalogue, s.blob.bins)}
+
+    def _named(
+        self, rest: list[ObjectDetection], stamp: int, limb: bool, unclear: set[int]
+    ) -> tuple[UnknownObject, ...]:
+        """What is on the table without a name of the catalogue; unclear: two of a kind are."""
+        known = [o.name for o in self.catalogue.objects]
+        found = [
+            UnknownObject('', self._fits(s), float(s.probability[-1]), s.blob.pixels, s.shape)
+            for s in rest
+            if self._on_table(s)
+        ]
+        told = frozenset(name for k, name in enumerate(known) if k not in unclear)
+        return self._names.named(found, stamp, limb, told)
+
+    def _on_table(self, s: ObjectDetection) -> bool:
+        return is_on_table(s, self.config, cast(Background, self.background))
+
+    def _fits(self, s: ObjectDetection) -> str:
+        """Name of the object that a detection fits; empty if it fits none."""
+        k = fits(s.probability, self.config.min_identity)
+        return '' if k is None else self.catalogue.objects[k].name
 
     def _maybe_seen(self, rest: list[ObjectDetection], light: Light) -> set[int]:
         """Objects that one of the detections without a name may be, by catalogue index.
@@ -257,7 +282,7 @@ class TabletopPerception:
         maybe: set[int] = set()
         for s in rest:
             maybe |= alike_in_colour(self.catalogue, s.blob.bins)
-            if not light.usual and self._is_unknown_object(s):
+            if not light.usual and self._on_table(s):
                 maybe |= alike_in_size(self.catalogue, s.shape)
         return maybe
 
@@ -270,57 +295,6 @@ class TabletopPerception:
         """Mask of the absorbed limbs, (H, W) 0 or 1."""
         pixels = [region.pixels for region in self._absorbed]
         return mask_of(np.concatenate([np.zeros(0, np.intp), *pixels]), frame.depth.shape)
-
-    def _blobs(self, found: HandArmSegmentation, frame: RgbdFrame) -> list[Blob]:
-        """One blob per object: touching objects split, parts of one object merged."""
-        c = self.config
-        limb = len(found.hand) > 0 or len(found.arm) > 0
-        least = c.min_object_area / 4 if limb else c.min_object_area
-        blobs = [p for b in found.objects for p in top_view_parts(b, c.cell_size, least)]
-        if not self.catalogue.objects:
-            return blobs
-        if limb and self.background is not None:
-            blobs += detect_in_depth_shadow(frame, self.background, self.catalogue, least)
-        width = frame.depth.shape[1]
-        apart = [p for blob in blobs for p in split_by_colour(blob, width, self.catalogue)]
-        return merge_parts(apart, self.catalogue)
-
-    def _identified(
-        self, blobs: list[Blob], limb_mask: ImageB | None
-    ) -> tuple[dict[int, ObjectDetection], list[ObjectDetection]]:
-        """Detections by catalogue index, and those without a name."""
-        camera = cast(Background, self.background).view.origin
-        seen = [_detection(blob, limb_mask, camera) for blob in blobs]
-        assigned: dict[int, Assignment] = {}
-        if seen and self.catalogue.objects:
-            table = np.stack([self._probability(s) for s in seen])
-            assigned = assign(table, self.config.min_identity)
-        named = {
-            k: seen[match.blob]._replace(identity=match.probability)
-            for k, match in assigned.items()
-        }
-        taken = {match.blob for match in assigned.values()}
-        return named, [s for b, s in enumerate(seen) if b not in taken]
-
-    def _is_unknown_object(self, s: ObjectDetection) -> bool:
-        """Whether an unidentified blob is an object on the table.
-
-        Excludes small blobs, noise of the plane and the room beside and below the table.
-        """
-        c = self.config
-        risen = s.shape.height >= 1.5 * c.min_height and s.shape.centroid[2] >= -c.fallen_depth
-        return s.blob.area >= c.min_object_area and not s.beside_limb and risen
-
-    def _probability(self, s: ObjectDetection) -> NDArray[np.float64]:
-        return identity_probability(self.catalogue, s.blob.bins, s.shape, not s.beside_limb)
-
-
-def _detection(
-    blob: Blob, limb_mask: ImageB | None, camera: NDArray[np.float32]
-) -> ObjectDetection:
-    beside = limb_mask is not None and bool(limb_mask.take(blob.pixels).any())
-    shape = correct_self_occlusion(shape_of(blob), camera)
-    return ObjectDetection(blob, shape, 0.0, beside)
 
 
 def _dilated_mask(limb: Index, shape: tuple[int, int]) -> ImageB:

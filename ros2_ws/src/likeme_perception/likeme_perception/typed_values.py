@@ -1,4 +1,4 @@
-"""Type checks of values from YAML, JSON and parameters."""
+"""Type checks of values from JSON and parameters."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from reprlib import repr as shortened
 from typing import Any, NoReturn
-
-import yaml
 
 
 def number(name: str, value: Any) -> float:
@@ -74,20 +72,6 @@ def read_text(path: Path) -> str:
         return path.read_text(encoding='utf-8')
     except UnicodeDecodeError as error:
         raise ValueError(f'Expected text in UTF-8 in {path}, got other bytes.') from error
-
-
-def yaml_mapping(content: str, source: Path | None) -> dict[str, Any]:
-    """The mapping in a YAML text, possibly empty; source: file named in errors.
-
-    Raises:
-        ValueError: it is not a mapping with names as keys.
-    """
-    try:
-        values = yaml.safe_load(content)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = ' '.join(str(error).split())
-        raise ValueError(f'Expected YAML in {source}, got {reason}.') from error
-    return _mapping({} if values is None else values, source)
 
 
 def json_mapping(content: str, source: Path) -> dict[str, Any]:

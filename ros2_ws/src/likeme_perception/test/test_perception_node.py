@@ -9,6 +9,8 @@ import sys
 import time
 from array import array
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -35,6 +37,9 @@ from likeme_core.paper_world import WORLD  # noqa: E402
 from likeme_core.ros.heartbeat import HeartbeatSubscriber  # noqa: E402
 from likeme_core.ros.qos import LATCHED  # noqa: E402
 from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
+from likeme_core.world.edit import with_object  # noqa: E402
+from likeme_core.world.file import world_path  # noqa: E402
+from likeme_core.world.folder import WORLDS_FOLDER  # noqa: E402
 from likeme_msgs.msg import FrameDone, ObjectState, TableState  # noqa: E402
 from likeme_perception.perception_node import PerceptionNode, main  # noqa: E402
 from likeme_perception.rgbd import RgbdFrame  # noqa: E402
@@ -79,9 +84,10 @@ def compressed_of(frame: RgbdFrame, pixels: np.ndarray, before: bytes = b'') -> 
 class Rig:
     """The node, and a second node that publishes images and subscribes to the results."""
 
-    def __init__(self, transport: str = 'raw') -> None:
+    def __init__(self, transport: str = 'raw', world: str = 'chung2015') -> None:
         values = {
             'background_frames': 5, 'min_object_area': 0.0002, 'image_transport': transport,
+            'world': world,
         }  # fmt: skip
         self.node = PerceptionNode([Parameter(name, value=v) for name, v in values.items()])
         self.probe = rclpy.create_node('probe')
@@ -136,9 +142,15 @@ class Rig:
 
 @pytest.fixture
 def rig(request: pytest.FixtureRequest) -> Iterator[Rig]:
+    with running(getattr(request, 'param', 'raw')) as made:
+        yield made
+
+
+@contextmanager
+def running(transport: str = 'raw', world: str = 'chung2015') -> Iterator[Rig]:
     with domain_id() as domain:
         rclpy.init(domain_id=domain)
-        made = Rig(getattr(request, 'param', 'raw'))
+        made = Rig(transport, world)
         yield made
         made.executor.shutdown()
         made.node.destroy_node()
@@ -279,6 +291,32 @@ def test_stamps_that_go_back_restart_tracking(rig: Rig, renderer) -> None:
         rig.send(renderer.frame())
     assert rig.dropped() == {'older than the last': 1}
     rig.until(lambda: bool(rig.states) and rig.states[-1].header.stamp.sec < 50, 'a state again')
+
+
+def test_reset_reads_looks_anew_but_not_another_world(tmp_path: Path) -> None:
+    path = tmp_path / 'mine.yaml'
+    text = world_path('chung2015').read_text(encoding='utf-8')
+    text = text.replace('meshes/', f'{WORLDS_FOLDER}/meshes/')
+    path.write_text(text, encoding='utf-8')
+    entry = {**WORLD.object('pear').looks, 'length': 0.1234}
+    with running(world=str(path)) as rig:
+        client = rig.probe.create_client(Trigger, 'perception/reset')
+        rig.until(client.service_is_ready, 'the service')
+
+        def answer(changed: str) -> str:
+            path.write_text(changed, encoding='utf-8')
+            future = client.call_async(Trigger.Request())
+            rig.until(future.done, 'an answer')
+            return str(future.result().message)
+
+        longer = with_object(text, {'name': 'pear', 'looks': entry})
+        assert answer(longer) == 'Perception waits for camera_info and frames.'
+        known = rig.node._reader.settings.catalogue.objects
+        assert known[0].length == 0.1234
+        more = with_object(text, {'name': 'mug', 'looks': entry})
+        assert 'as the file says now, start the cell anew.' in answer(more)
+        assert 'The world file is as it was before: ' in answer('world: 2')
+        assert rig.node._reader.settings.catalogue.objects == known
 
 
 def test_reset_forgets_camera_background_and_objects(rig: Rig, renderer) -> None:
