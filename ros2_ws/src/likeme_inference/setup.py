@@ -14,7 +14,6 @@ setup(
     install_requires=[
         'setuptools',
         'numpy',
-        'rich',
         'scipy',
         'sqlalchemy',
         'typer',
@@ -27,7 +26,6 @@ setup(
     extras_require={'test': ['pytest']},
     entry_points={
         'console_scripts': [
-            'ask_human = likeme_inference.ask_human_node:main',
             'inference_node = likeme_inference.inference_node:main',
             'log = likeme_inference.log_commands:main',
         ],

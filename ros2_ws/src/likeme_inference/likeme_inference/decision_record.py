@@ -11,11 +11,19 @@ from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_core.world import World, load_world
 from likeme_inference.tabletop.action_selection import Kind
+from likeme_inference.tabletop.asking import Asking
 from likeme_inference.tabletop.domain import Policy, domain_of
-from likeme_inference.tabletop.imitation import ImitationSettings, can_infer, decide, no_trials
+from likeme_inference.tabletop.imitation import (
+    Goals,
+    ImitationSettings,
+    can_infer,
+    decide,
+    no_trials,
+)
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.session import ImitationSession
-from likeme_inference.tabletop.values import Decision
+from likeme_inference.tabletop.values import BlockedAction, Decision
 from likeme_inference.value_json import from_json, to_json
 
 #: Relative difference of two numbers that may come from another processor.
@@ -63,14 +71,17 @@ def decision_record(
 
     demonstration: that it is about, if the session did not take it up.
     """
-    here, settings = session.state, session.settings
+    here, settings = session.state, session.deciding_settings
     model = session.model
-    objects = list(model.objects) if settings.shared_prior else [decision.object]
+    objects = [decision.object] if settings.prior is Prior.OWN else list(model.objects)
     return {
         'decision': to_json(decision),
         'demonstration': to_json(demonstration or here.demonstration),
         'view': to_json(here.latest),
         'spent': here.spent - (decision.kind is Kind.EXECUTE),
+        'blocked': to_json(here.blocked),
+        'given': list(session.given),
+        'also': to_json(decision.also),
         'settings': {
             field.name: to_json(getattr(settings, field.name))
             for field in fields(settings)
@@ -97,6 +108,9 @@ class Inputs(NamedTuple):
     demonstration: Demonstration
     view: TableSnapshot | None
     spent: int
+    blocked: tuple[BlockedAction, ...] = ()
+    given: tuple[float, ...] = ()
+    also: tuple[tuple[str, State], ...] | None = None
 
 
 def recorded_inputs(record: Mapping[str, Any], world: World) -> Inputs:
@@ -107,6 +121,9 @@ def recorded_inputs(record: Mapping[str, Any], world: World) -> Inputs:
     """
     given = dict(record['settings'])
     mode, policy = Mode[given.pop('mode')], Policy[given.pop('policy')]
+    # Older records have no joint goals.
+    given['goals'] = Goals[given.pop('goals', 'OBJECT')]
+    given |= {'prior': _recorded_prior(given), 'asking': Asking[given.pop('asking', 'THRESHOLD')]}
     settings = ImitationSettings(world=world, mode=mode, policy=policy, **given)
     model = record['model']
     rows = tuple(
@@ -123,7 +140,20 @@ def recorded_inputs(record: Mapping[str, Any], world: World) -> Inputs:
         from_json(Demonstration, record['demonstration'], world),
         None if record['view'] is None else from_json(TableSnapshot, record['view'], world),
         int(record['spent']),
+        # Older records lack these.
+        tuple(from_json(BlockedAction, each, world) for each in record.get('blocked', ())),
+        tuple(record.get('given', ())),
+        None
+        if record.get('also') is None
+        else tuple((name, world.state(goal)) for name, goal in record['also']),
     )
+
+
+def _recorded_prior(given: dict[str, Any]) -> Prior:
+    """Take the prior out of settings; older records say `shared_prior`."""
+    if 'shared_prior' in given:
+        return Prior.SHARED if given.pop('shared_prior') else Prior.OWN
+    return Prior[given.pop('prior')]
 
 
 def rederive(record: Mapping[str, Any], world: World) -> list[str]:
@@ -134,7 +164,7 @@ def rederive(record: Mapping[str, Any], world: World) -> list[str]:
     """
     inputs = recorded_inputs(record, world)
     written = record['decision']
-    again = to_json(_decided(inputs, written['id']))
+    again = to_json(decided(inputs, written['id']))
     return [
         f'{name}: the log says {written.get(name)!r}, it follows {again.get(name)!r}.'
         for name in sorted(set(written) | set(again))
@@ -142,13 +172,19 @@ def rederive(record: Mapping[str, Any], world: World) -> list[str]:
     ]
 
 
-def _decided(inputs: Inputs, number: int) -> Decision:
-    model, settings, demo, view, spent = inputs
+def decided(inputs: Inputs, number: int) -> Decision:
+    """The decision that follows.
+
+    Raises:
+        ValueError: it cannot be made, e.g. as no action copies what was shown.
+    """
+    model, settings, demo, view, spent, blocked, given, also = inputs
     if not can_infer(model, settings, demo.object):
         return no_trials(model, settings, demo, number)
     if view is None:
         raise ValueError('Expected a table state, got none.')
-    return decide(model, settings, demo, view, number, spent)
+    made = decide(model, settings, demo, view, number, spent, blocked, given)
+    return made if also is None else replace(made, also=also)
 
 
 def _same(one: Any, other: Any) -> bool:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from likeme_core.stamps import SECOND
+from likeme_core.tabletop import State
 from likeme_inference.tabletop.values import HelpRequest, Reply
 
 #: Accepted answers that are remembered: for a second operator who answers late, not for the
@@ -24,15 +25,18 @@ class AcceptedAnswer:
     request: HelpRequest
     reply: Reply
     answered_by: str
+    goal: State | None = field(default=None, metadata={'added': True})
 
     @property
     def sentence(self) -> str:
         """What the answer leads to, and who gave it."""
         request = self.request
+        named = '' if self.goal is None else self.goal.name
         follows = {
             Reply.DONE_BY_HAND: f'done by hand, the robot looks whether it is {request.goal.name}',
             Reply.TRY_ANYWAY: f'the robot tries {request.action.name.lower()}',
             Reply.SKIP: f'skipped, {request.action.name.lower()} is not tried',
+            Reply.NAME_GOAL: f'wanted {named}, the robot decides anew',
         }
         about = f'Request {request.id}, {request.object}'
         return f'{about}: {follows[self.reply]} (answered by {self.answered_by}).'
@@ -79,14 +83,21 @@ class HelpRequests:
         self._pending[request.id] = request
 
     def check(
-        self, request_id: int, reply: int, answered_by: str, read: ReadQuestion | None = None
+        self,
+        request_id: int,
+        reply: int,
+        answered_by: str,
+        read: ReadQuestion | None = None,
+        goal: State | None = None,
     ) -> AcceptedAnswer:
-        """The answer, if it can be accepted; read: what it is given to, None: not compared.
+        """The answer, if it can be accepted.
+
+        read: what it is given to, None: not compared. goal: that it names.
 
         Raises:
             AnswerRefusedError: a second answer, nothing pending, an unknown request, another
                 question than was read, a number that is no Reply or not one of the request's
-                options, or an empty name.
+                options, a goal without NAME_GOAL or none with it, or an empty name.
         """
         if request_id in self._answered:
             before = self._answered[request_id]
@@ -116,9 +127,12 @@ class HelpRequests:
                 f'of the robot gets the {request.object} from {request.x_i.name} to '
                 f'{request.goal.name}.'
             )
+        if (reply == Reply.NAME_GOAL) != (goal is not None):
+            got = 'none' if goal is None else f'{goal.name} with {Reply(reply).name}'
+            raise AnswerRefusedError(f'Expected a goal with NAME_GOAL alone, got {got}.')
         if not answered_by.strip():
             raise AnswerRefusedError('Expected the name of the operator, got an empty one.')
-        return AcceptedAnswer(request, Reply(reply), answered_by.strip())
+        return AcceptedAnswer(request, Reply(reply), answered_by.strip(), goal)
 
     def accept(self, answer: AcceptedAnswer) -> None:
         """Take an answer; its request is no longer pending."""

@@ -9,11 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
 from likeme_core.heartbeats import NodeState, described
 from likeme_core.observations import TableSnapshot
 from likeme_core.ros.heartbeat import HeartbeatPublisher
+from likeme_core.ros.managed_node import ManagedNode
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.spin import run_node
 from likeme_core.ros.state_folder import state_folder_of
@@ -24,10 +25,12 @@ from likeme_inference.arm_call import ArmCall, NotSentError
 from likeme_inference.cell_report_filter import CellReportFilter
 from likeme_inference.experience.store_error import StoreError
 from likeme_inference.help_requests import AcceptedAnswer, HelpRequests
+from likeme_inference.joint_observer import JointObserver
 from likeme_inference.logged_session import LoggedSession
 from likeme_inference.node_settings import (
     open_decision_log,
     open_experience,
+    read_joint_settings,
     read_model,
     read_settings,
     settings_of,
@@ -35,14 +38,17 @@ from likeme_inference.node_settings import (
 from likeme_inference.ros.arm_services import arm_heartbeats, arm_services
 from likeme_inference.ros.ask_human_service import AskHumanService
 from likeme_inference.ros.cell_reports import CellReports
+from likeme_inference.ros.decision_records import DecisionRecordPublisher
 from likeme_inference.ros.diagnostics import SessionDiagnostics
+from likeme_inference.ros.joint_goal_beliefs import JointGoalBeliefs
 from likeme_inference.ros.node_parameters import NodeParameters, Values, plain
 from likeme_inference.ros.session_inputs import SessionInputs
 from likeme_inference.session_inputs import InputValue, OperatorAnswer, SessionEvent
 from likeme_inference.session_log import SessionLog
 from likeme_inference.session_restore import Restored, restore
 from likeme_inference.tabletop.action_selection import Kind
-from likeme_inference.tabletop.imitation import help_request, model_gaps
+from likeme_inference.tabletop.calibration import Calibration
+from likeme_inference.tabletop.imitation import Goals, help_request, model_gaps
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.session_state import Phase
@@ -53,7 +59,9 @@ from likeme_inference.tabletop.values import (
     Outcome,
     Remark,
     Reply,
+    TableGoal,
 )
+from likeme_msgs.msg import Calibration as CalibrationMsg
 from likeme_msgs.msg import Decision as DecisionMsg
 from likeme_msgs.msg import GoalBelief as GoalBeliefMsg
 from likeme_msgs.msg import Outcome as OutcomeMsg
@@ -65,17 +73,23 @@ TIMEOUT_CHECK_PERIOD = 0.1
 ARM_SILENCE_WARNING = 0.3
 
 
-class InferenceNode(Node):
+class InferenceNode(ManagedNode):
     """Infers goals from demonstrations, imitates them, and asks for help when it is not sure.
 
     Subscribes:
         demonstration (Demonstration, reliable 10): a human act
+        attempt (Attempt, reliable 10): a human act under way, or ended anywhere
         table_state (TableState, reliable 1): the state of every object
         hear_again (Heard, reliable 100): the next input, while `replayed`
         heartbeat (Heartbeat), cell/holds (HoldState), motion (Motion): of the arm and the cell
     Publishes:
         goal_belief (GoalBelief), decision (Decision), outcome (Outcome): each reliable, transient
             local, depth 1; after a restart the last ones again
+        joint_goal_belief (JointGoalBelief, reliable, transient local, depth 1): goals over all
+            objects, after each attempt and when the person has stopped; not in the decision log
+        decision_record (String, reliable, transient local, depth 20): what a decision follows from
+        calibration (Calibration, reliable, transient local, depth 1): what was promised and what
+            was kept, after each outcome
         heartbeat (Heartbeat): DEGRADED while the decision log cannot be written
         heard (Heard, reliable 100): acknowledges each input of the session
         world (World): latched, what the numbers mean
@@ -90,8 +104,13 @@ class InferenceNode(Node):
         mode: trajectory, goal_based, interactive or sequential
         policy: direct or explored
         action_budget: actions the sequential mode may spend on one demonstration
-        shared_prior: whether the trials of all objects choose the prior together
+        asking: threshold, cost or promise; costs and promise belong to the latter two
+        prior: own, shared or structured: whether the trials of other objects count
         soft_evidence: whether perception's probabilities of x_i and x_f count
+        goals: object or joint: whether each demonstration has a goal, or a joint goal is imitated
+            once the person has stopped
+        joint_goals, stop_delay: greatest number of goals over all objects, and the time without an
+            act after which a person has stopped
         world: a shipped world or a world file; taken at the start
         goal_prior: probability of each state before anything is shown
         model_file: path of a model file; empty: the shipped one
@@ -103,6 +122,11 @@ class InferenceNode(Node):
             arm is never called
         and help_threshold, concentration, turn_timeout, turn_delay, outcome_timeout,
             action_timeout, arm_wait: see node_settings
+
+    A managed node, active from the start unless `autostart` is false. While it is not active it
+    takes no demonstration, no table state and no answer, and asks the arm for nothing. How a
+    motion ended that was under way is still taken in, and what was open is open again once it is
+    active. Deactivating ends no motion: that is what a hold is for.
     """
 
     def __init__(self) -> None:
@@ -126,7 +150,10 @@ class InferenceNode(Node):
         self._world_pub = WorldPublisher(self, self._world)
         self._belief_pub = self.create_publisher(GoalBeliefMsg, 'goal_belief', LATCHED)
         self._decision_pub = self.create_publisher(DecisionMsg, 'decision', LATCHED)
+        self._record_pub = DecisionRecordPublisher(self, self._world)
         self._outcome_pub = self.create_publisher(OutcomeMsg, 'outcome', LATCHED)
+        self._calibration_pub = self.create_publisher(CalibrationMsg, 'calibration', LATCHED)
+        self._calibration = Calibration()
         self._arm_health = arm_heartbeats(self, values['arm_node'])
         self._arm = ArmCall(
             arm_services(self),
@@ -141,6 +168,10 @@ class InferenceNode(Node):
             self, self._world, values['replayed'], self._health, self._apply_input, self._publish,
             lambda: self._session.last_view,
         )  # fmt: skip
+        observer = JointObserver(self._world, model, read_joint_settings(values))
+        self._joint_goals = JointGoalBeliefs(
+            self, self._world, observer, self._health, self._on_table_goal
+        )
         self._ask_human = AskHumanService(self, self._world, self._on_answer, self._refusal)
         CellReports(self, CellReportFilter.of(log.log), log.note)
         self._node_parameters.watch()
@@ -153,6 +184,20 @@ class InferenceNode(Node):
         self._log = log
         if not values['replayed']:
             self._take_up(restored, values)
+        self.autostart()
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Go on with the session; its timeouts begin anew."""
+        self._health.camera_heard()
+        if self._session.phase is Phase.CONFIRMING:
+            self._session.state.resumed_at = None
+        self._inputs.receiving = self._joint_goals.receiving = True
+        return super().on_activate(state)
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Decide nothing until activated."""
+        self._inputs.receiving = self._joint_goals.receiving = False
+        return super().on_deactivate(state)
 
     def _open_log(self, values: Values) -> SessionLog:
         """The decision log; of a replay there is none."""
@@ -199,13 +244,18 @@ class InferenceNode(Node):
             self._belief_pub.publish(messages.belief_msg(self._world, restored.belief))
         if state.decision is not None:
             self._decision_pub.publish(messages.decision_msg(self._world, state.decision))
+            self._record_pub.publish(restored.record)
         if restored.outcome is not None:
             if restored.decided is not None:
                 self._learn(restored.decided, restored.outcome)
             self._outcome_pub.publish(messages.outcome_msg(self._world, restored.outcome))
-        if state.phase is Phase.ASKING and state.decision is not None:
-            self._ask_human.desk.add(help_request(state.decision))
-        elif state.phase is Phase.ACTING and restored.motion:
+        for outcome in restored.outcomes:
+            self._calibration = self._calibration.after(outcome)
+        if restored.outcomes:
+            self._publish_calibration(restored.outcomes[-1])
+        for decision in state.questions:
+            self._ask_human.desk.add(help_request(decision))
+        if state.phase is Phase.ACTING and restored.motion:
             self._arm.resume(restored.motion, time.monotonic())
         elif state.phase is Phase.ACTING:
             why = 'the inference node ended before it asked the arm, nothing moved.'
@@ -219,6 +269,8 @@ class InferenceNode(Node):
         """What the heartbeats tell."""
         if self._log is None:
             return NodeState.STARTING, 'The node is starting.'
+        if not self.active:
+            return NodeState.STARTING, 'the node is not active'
         if self._log.problem:
             return NodeState.DEGRADED, f'The decision log cannot be written: {self._log.problem}'
         return NodeState.READY, ''
@@ -238,6 +290,7 @@ class InferenceNode(Node):
         if 'replayed' in changed and self._arm.busy:
             raise ValueError('Expected no motion under way when a replay begins or ends.')
         read_settings(values, self._world)
+        read_joint_settings(values)
         if 'replayed' in changed and not values['replayed']:
             self._open_late(values)
         if 'model_file' not in changed:
@@ -250,6 +303,7 @@ class InferenceNode(Node):
         new = {name: plain(values[name]) for name in changed if name in values}
         self._logged.log.note('parameters', {'changed': new})
         self._logged.session.settings = read_settings(values, self._world)
+        self._joint_goals.observer.settings = read_joint_settings(values)
         self._arm.arm_wait, self._arm.action_timeout = values['arm_wait'], values['action_timeout']
         if 'replayed' in changed:
             self._restart(values['replayed'])
@@ -267,6 +321,8 @@ class InferenceNode(Node):
         self._logged.restart(replayed)
         self._ask_human.desk = HelpRequests()
         self._health.counts.clear()
+        self._calibration = Calibration()
+        self._joint_goals.observer.restart()
         self._inputs.restart(replayed)
 
     def _apply_input(self, value: InputValue) -> list[SessionEvent]:
@@ -279,8 +335,16 @@ class InferenceNode(Node):
         if isinstance(value, TableSnapshot) and value.stamp > self._session.last_view:
             self._health.camera_heard()
         answer, desk = None, self._ask_human.desk
-        if isinstance(value, OperatorAnswer) and self._session.decision is not None:
-            answer = desk.check(self._session.decision.id, value.reply, value.answered_by)
+        if isinstance(value, OperatorAnswer):
+            state = self._session.state.question(value.object) or self._session.state
+            if state.decision is not None:
+                answer = desk.check(
+                    state.decision.id, value.reply, value.answered_by, goal=value.goal
+                )
+        if isinstance(value, TableSnapshot):
+            # First, so that a new joint goal is known before the robot acts on the last one.
+            self._joint_goals.observer.model = self._session.model
+            self._joint_goals.look(value)
         events = self._logged.apply(value, answer)
         if answer is not None:
             desk.accept(answer)
@@ -291,13 +355,18 @@ class InferenceNode(Node):
         if isinstance(event, GoalBelief):
             self._belief_pub.publish(messages.belief_msg(self._world, event))
         elif isinstance(event, Decision):
+            # First, so that who reads the decision can look it up.
+            self._record_pub.publish(self._logged.log.decided)
             self._decision_pub.publish(messages.decision_msg(self._world, event))
             self._health.counts['decisions'] += 1
         elif isinstance(event, Outcome):
             # Stored before it is published: a subscriber may stop this node.
-            if self._session.decision is not None:
-                self._learn(self._session.decision, event)
+            decision = self._session.decision
+            if decision is not None and decision.id == event.decision_id:
+                self._learn(decision, event)
             self._outcome_pub.publish(messages.outcome_msg(self._world, event))
+            self._calibration = self._calibration.after(event)
+            self._publish_calibration(event)
             self._health.counts[f'outcomes {event.result.name}'] += 1
         if not isinstance(event, Remark):
             self._health.counts['events'] += 1
@@ -306,6 +375,12 @@ class InferenceNode(Node):
             self._ask_human.desk.add(help_request(event))
         elif isinstance(event, Decision) and event.kind is Kind.EXECUTE:
             self._act(event)
+
+    def _publish_calibration(self, outcome: Outcome) -> None:
+        promise = self._session.kept_promise
+        self._calibration_pub.publish(
+            messages.calibration_msg(self._world, self._calibration, promise, outcome)
+        )
 
     def _learn(self, decision: Decision, outcome: Outcome) -> None:
         """Keep what was done in earnest, once, and decide by it from now on."""
@@ -361,31 +436,42 @@ class InferenceNode(Node):
         self.get_logger().warning(f'Late report of the arm ignored: {report.message}')
         self._health.counts['late answers ignored'] += 1
 
+    def _on_table_goal(self, goal: TableGoal) -> None:
+        joint = self._session.settings.goals is Goals.JOINT
+        if joint and not self._inputs.replayed:
+            self._inputs.table_goal(goal)
+
     def _on_answer(self, answer: AcceptedAnswer) -> None:
         """Apply an operator's answer.
 
         Raises:
             StoreError: it cannot be logged.
         """
-        self._inputs.answer(OperatorAnswer(answer.reply, answer.answered_by))
+        about = answer.request.object
+        self._inputs.answer(OperatorAnswer(answer.reply, answer.answered_by, about, answer.goal))
         self._health.camera_heard()
         self.get_logger().info(answer.sentence)
         acts = answer.reply is Reply.TRY_ANYWAY and self._session.phase is Phase.ACTING
         if acts and self._session.decision is not None:
             self._act(self._session.decision)
 
-    def _refusal(self) -> str:
-        """Why no answer is taken at present."""
-        replayed = 'This is a replay: the recorded operator answers.'
-        return replayed if self._inputs.replayed else ''
+    def _refusal(self, answer: AcceptedAnswer | None) -> str:
+        """Why no answer, or this one, is taken at present."""
+        if self._inputs.replayed:
+            return 'This is a replay: the recorded operator answers.'
+        if not self.active:
+            return 'The inference node is not active: activate it first.'
+        return '' if answer is None else self._session.refusal(answer.request.object, answer.reply)
 
     def _check_timeouts(self) -> None:
         """Give up an arm or a camera that does not respond in time."""
         if self._inputs.replayed:
             return
         self._logged.log.poll()
-        self._inputs.poll()
         self._arm.poll(time.monotonic())
+        if not self.active:
+            return
+        self._inputs.poll()
         late = self._health.silence > self._session.settings.outcome_timeout
         if self._session.phase is Phase.CONFIRMING and late:
             self._inputs.silence()
@@ -407,6 +493,7 @@ class InferenceNode(Node):
         """Why /diagnostics warns, beside what it knows itself."""
         known, silence = self._arm_health.run, self._arm_health.silence(time.monotonic())
         problems = [
+            (not self.active, 'the node is not active'),
             (not self._arm.ready, 'arm service absent'),
             (bool(known) and silence > ARM_SILENCE_WARNING, 'the arm is silent'),
             (bool(self._logged.log.problem), f'no decision log: {self._logged.log.problem}'),

@@ -72,6 +72,7 @@ def show(
 @app.command()
 def why(
     number: Annotated[int, typer.Argument(metavar='DECISION', min=1, help='Its number.')],
+    as_json: Annotated[bool, typer.Option('--json', help='One JSON document.')] = False,
     store: Store = '',
     domain: Domain = 0,
     namespace: Namespace = '/',
@@ -83,8 +84,14 @@ def why(
     with opened(store, domain, namespace) as log:
         story = DecisionStory(log, number)
         differences = story.differences()
-        typer.echo('\n'.join([*story.lines(), *numbers(story.decision.data)]))
-    typer.echo('re-derived: ' + ('same' if not differences else 'it differs.'))
+        if as_json:
+            entries = [json.loads(json_line(entry)) for entry in story.entries()]
+            document = {'decision': number, 'entries': entries, 'differences': differences}
+            typer.echo(json.dumps(document, ensure_ascii=False))
+        else:
+            typer.echo('\n'.join([*story.lines(), *numbers(story.decision.data)]))
+    if not as_json:
+        typer.echo('re-derived: ' + ('same' if not differences else 'it differs.'))
     for difference in differences:
         typer.echo(difference, err=True)
     if differences:
@@ -185,7 +192,7 @@ def write_csv(log: DecisionLog, out: TextIO) -> int:
 
 def main() -> None:
     """Run the command line."""
-    app(prog_name='log')
+    app()
 
 
 if __name__ == '__main__':

@@ -55,6 +55,11 @@ def _motion(data: Any) -> str:
     return f'{data["actor"]}: {data["action"]} {data["object"]} {data["state"]}{ended}'
 
 
+def _answer(data: Any) -> str:
+    named = f' {data["goal"]}' if data.get('goal') else ''
+    return f'{data["request"]["id"]}: {data["reply"]}{named} by {data["answered_by"]}'
+
+
 def _session(data: Any) -> str:
     state = data['state']
     about = f', decision {state["decision"]}' if state['decision'] else ''
@@ -65,9 +70,10 @@ _SENTENCES = {
     'started': lambda d: f'{d["node"]} in {d["world"]}. {d["restored"]}'.strip(),
     'demonstration': _demonstration,
     'belief': lambda d: str(d['sentence']),
+    'table_goal': lambda d: str(d['sentence']),
     'decision': lambda d: f'{d["decision"]["id"]}: {d["decision"]["sentence"]}',
     'question': lambda d: f'{d["id"]}: {d["question"]}',
-    'answer': lambda d: f'{d["request"]["id"]}: {d["reply"]} by {d["answered_by"]}',
+    'answer': _answer,
     'motion_requested': lambda d: f'{d["action"]} {d["object"]} for decision {d["decision"]}',
     'motion_report': lambda d: f'{d["outcome"] or "no outcome"}: {d["message"]}',
     'motion': _motion,
@@ -102,12 +108,14 @@ class DecisionStory:
 
     def entries(self) -> list[LogEntry]:
         """Demonstration, belief, decision, question, answer, motion and outcome."""
-        wanted = ('demonstration', 'belief', *NUMBER_OF, 'motion')
+        wanted = ('demonstration', 'belief', 'table_goal', *NUMBER_OF, 'motion')
         own = [e for e in self._log.entries(wanted) if self._belongs_to_the_cell(e)]
         before = [e for e in own if e.number < self.decision.number]
         stamp = self.decision.data['decision']['demonstration']
         shown = [e for e in before if e.kind == 'demonstration' and e.data['stamp'] == stamp][-1:]
         believed = [e for e in before if e.kind == 'belief' and e.data['stamp'] == stamp][-1:]
+        joint = (e for e in before if e.kind == 'table_goal')
+        believed += [e for e in joint if e.data['demonstration'] == stamp][-1:]
         after = [e for e in own if e.number >= self.decision.number]
         mine = list(_until_next(after, self.number))
         ids = {e.data['id'] for e in mine if e.kind == 'motion_requested'}
@@ -121,21 +129,27 @@ class DecisionStory:
             StoreError: the record is incomplete.
         """
         try:
-            return rederive(self.decision.data, recorded_world(self._names()))
+            names = names_of(self._log, self.decision.data['world'])
+            return rederive(self.decision.data, recorded_world(names))
         except (KeyError, ValueError, TypeError) as error:
             raise StoreError(
                 f'Entry {self.decision.number}: expected the full record of a decision, got: '
                 f'{type(error).__name__} {error}.'
             ) from error
 
-    def _names(self) -> Any:
-        label = self.decision.data['world']
-        for entry in self._log.entries(['started'], 1, f'"label":"{label}"'):
-            return entry.data['names']
-        raise StoreError(f'Expected an entry with the names of the world {label}, got none.')
-
     def _belongs_to_the_cell(self, entry: LogEntry) -> bool:
         return bool(entry.data.get('cell') == self._cell)
+
+
+def names_of(log: DecisionLog, label: str) -> Any:
+    """What the names of a world mean, see decision_record.world_record.
+
+    Raises:
+        StoreError: no entry tells.
+    """
+    for entry in log.entries(['started'], 1, f'"label":"{label}"'):
+        return entry.data['names']
+    raise StoreError(f'Expected an entry with the names of the world {label}, got none.')
 
 
 def _until_next(entries: Sequence[LogEntry], number: int) -> Iterable[LogEntry]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from std_msgs.msg import Header
@@ -10,6 +11,9 @@ from likeme_core.ros.time import time_msg
 from likeme_core.tabletop import Action
 from likeme_core.world import World
 from likeme_inference.event_fields import NONE, belief_fields, decision_fields, outcome_fields
+from likeme_inference.joint_belief import JointBelief
+from likeme_inference.tabletop.calibration import Calibration
+from likeme_inference.tabletop.promise import Promise
 from likeme_inference.tabletop.values import (
     Decision,
     GoalBelief,
@@ -17,9 +21,11 @@ from likeme_inference.tabletop.values import (
     MotionReport,
     Outcome,
 )
+from likeme_msgs.msg import Calibration as CalibrationMsg
 from likeme_msgs.msg import Decision as DecisionMsg
 from likeme_msgs.msg import GoalBelief as GoalBeliefMsg
 from likeme_msgs.msg import HelpRequest as HelpRequestMsg
+from likeme_msgs.msg import JointGoalBelief
 from likeme_msgs.msg import Outcome as OutcomeMsg
 from likeme_msgs.srv import ExecuteAction
 
@@ -75,6 +81,7 @@ def request_msg(world: World, request: HelpRequest) -> HelpRequestMsg:
         threshold=request.threshold,
         question=request.question,
         options=request.options,
+        kind=int(request.kind),
     )
 
 
@@ -82,3 +89,42 @@ def outcome_msg(world: World, outcome: Outcome) -> OutcomeMsg:
     """Message of an outcome."""
     header = _header(outcome.stamp, outcome.frame)
     return OutcomeMsg(header=header, world=world.label, **outcome_fields(outcome))
+
+
+def calibration_msg(
+    world: World, calibration: Calibration, promise: Promise | None, outcome: Outcome
+) -> CalibrationMsg:
+    """Message of what was promised and kept. promise: if one is kept; outcome: the latest."""
+    message = CalibrationMsg(
+        header=_header(outcome.stamp, outcome.frame), world=world.label,
+        promised=calibration.promised, realised=calibration.realised,
+        n=len(calibration.actions), target=math.nan, kept=math.nan,
+        sentence=calibration.sentence(promise),
+    )  # fmt: skip
+    if promise is not None:
+        message.target, message.kept = promise.target, promise.kept
+        message.episodes = len(promise.recent)
+    return message
+
+
+def joint_belief_msg(world: World, belief: JointBelief) -> JointGoalBelief:
+    """Message of a belief in goals over all objects."""
+    numbers = [g for change, _ in belief.changes for g in change]
+    return JointGoalBelief(
+        header=_header(belief.stamp, belief.frame),
+        world=world.label,
+        demonstration=time_msg(belief.demonstration),
+        stopped=belief.stopped,
+        objects=list(belief.objects),
+        probability=[p for _, p in belief.changes],
+        description=list(belief.descriptions),
+        changes=[JointGoalBelief.UNKNOWN if g is None else g for g in numbers],
+        marginals=belief.marginals.ravel().tolist(),
+        p_value=belief.p_value,
+        none_of_these=belief.none_of_these,
+        level=belief.level,
+        rationality=belief.rationality,
+        events=belief.events,
+        unexplained=belief.unexplained,
+        sentence=belief.sentence,
+    )

@@ -11,10 +11,14 @@ from typing import TYPE_CHECKING, Any
 from likeme_core.settings import Setting
 from likeme_core.tabletop import Mode
 from likeme_core.world import World
+from likeme_inference.joint_observer import JointSettings
 from likeme_inference.tabletop import model_file
+from likeme_inference.tabletop.asking import Asking
+from likeme_inference.tabletop.cost_planning import Costs
 from likeme_inference.tabletop.domain import Policy
-from likeme_inference.tabletop.imitation import ImitationSettings
+from likeme_inference.tabletop.imitation import Goals, ImitationSettings
 from likeme_inference.tabletop.model_parser import ModelFileError
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel
 
 if TYPE_CHECKING:
@@ -34,6 +38,19 @@ NO_LOG = 'none'
 #: The parameters whose defaults do not depend on the world.
 _COMMON: dict[str, Setting] = {
     'help_threshold': Setting(0.5, 'predicted success below which the robot asks', (0, 1)),
+    'asking': Setting(
+        str(Asking.THRESHOLD),
+        f'{", ".join(Asking)}: what decides whether the robot asks; help_threshold is used by '
+        'threshold alone',
+    ),
+    'promise': Setting(
+        0.9,
+        'share of episodes in which the goal is reached, help counting, of asking: promise',
+        (0, 1),
+    ),
+    'costs': Setting(
+        list(Costs()), 'of an action, help, a mess, waiting, a question, of asking: cost'
+    ),
     'concentration': Setting(
         0.0, 'Dirichlet pseudo-count of every final state; 0: maximum likelihood', (0, 100)
     ),
@@ -51,9 +68,10 @@ _COMMON: dict[str, Setting] = {
     'mode': Setting(str(Mode.INTERACTIVE), ', '.join(Mode)),
     'policy': Setting(str(Policy.DIRECT), ', '.join(Policy)),
     'action_budget': Setting(3, 'actions per demonstration in sequential mode, 1 to 100'),
-    'shared_prior': Setting(
-        False,
-        'whether a prior is fitted to the trials of all objects; concentration is not used',
+    'prior': Setting(
+        str(Prior.OWN),
+        f'{", ".join(Prior)}: whether the trials of other objects count; if so, '
+        'concentration is not used',
     ),
     'soft_evidence': Setting(True, "whether perception's probabilities of x_i and x_f are used"),
     'model_file': Setting('', 'path of a model file; empty: the one shipped for the world'),
@@ -75,6 +93,13 @@ _COMMON: dict[str, Setting] = {
     ),
     'arm_node': Setting(
         'arm_driver', 'name of the node whose heartbeats are those of the arm', read_only=True
+    ),
+    'goals': Setting('object', 'object, or joint: what is imitated is a goal over all objects'),
+    'joint_goals': Setting(
+        255, 'greatest number of goals over all objects that are inferred; 0: none are'
+    ),
+    'stop_delay': Setting(
+        5.0, 's of stamps without an act after which a person has stopped', (0.5, 600)
     ),
     'replayed': Setting(False, 'new session with inputs from hear_again alone'),
 }
@@ -155,6 +180,12 @@ def read_settings(values: Mapping[str, Any], world: World) -> ImitationSettings:
         raise ValueError(f'Expected one of the modes {", ".join(Mode)}, got {values["mode"]!r}.')
     if values['policy'] not in set(Policy):
         raise ValueError(f'Expected a policy {" or ".join(Policy)}, got {values["policy"]!r}.')
+    if values['asking'] not in set(Asking):
+        raise ValueError(f'Expected asking {", ".join(Asking)}, got {values["asking"]!r}.')
+    if values['prior'] not in set(Prior):
+        raise ValueError(f'Expected a prior {", ".join(Prior)}, got {values["prior"]!r}.')
+    if values['goals'] not in set(Goals):
+        raise ValueError(f'Expected goals {" or ".join(Goals)}, got {values["goals"]!r}.')
     if not 1 <= values['action_budget'] <= MAX_ACTIONS:
         raise ValueError(
             f'Expected an action_budget from 1 to {MAX_ACTIONS}, got {values["action_budget"]}.'
@@ -162,17 +193,43 @@ def read_settings(values: Mapping[str, Any], world: World) -> ImitationSettings:
     return ImitationSettings(
         world=world,
         mode=Mode(values['mode']),
+        goals=Goals(values['goals']),
         threshold=values['help_threshold'],
         action_budget=values['action_budget'],
         policy=Policy(values['policy']),
         concentration=values['concentration'],
-        shared_prior=values['shared_prior'],
+        prior=Prior(values['prior']),
+        asking=Asking(values['asking']),
+        costs=_costs(values['costs']),
+        promise=values['promise'],
         soft_evidence=values['soft_evidence'],
         goal_prior=_probabilities('goal_prior', values['goal_prior'], len(world.states)),
         turn_timeout=values['turn_timeout'],
         turn_delay=values['turn_delay'],
         outcome_timeout=values['outcome_timeout'],
     )
+
+
+def read_joint_settings(values: Mapping[str, Any]) -> JointSettings:
+    """Read the settings of goals over all objects from parameter values.
+
+    Raises:
+        ValueError: a number of goals below 0.
+    """
+    if values['joint_goals'] < 0:
+        raise ValueError(f'Expected joint_goals of 0 or more, got {values["joint_goals"]}.')
+    return JointSettings(values['joint_goals'], values['stop_delay'], values['soft_evidence'])
+
+
+def _costs(value: Any) -> Costs:
+    """A list parameter of the costs in their order; its element type may be anything."""
+    names = ', '.join(Costs._fields)
+    numbers = not isinstance(value, str) and isinstance(value, Iterable)
+    if not numbers or not all(isinstance(c, (int, float)) for c in value):
+        raise ValueError(f'Expected the costs of {names}, got {value!r}.')
+    if len(value) != len(Costs._fields):
+        raise ValueError(f'Expected the costs of {names}, got {list(value)}.')
+    return Costs(*(float(cost) for cost in value)).checked()
 
 
 def _probabilities(name: str, value: Any, count: int) -> tuple[float, ...]:

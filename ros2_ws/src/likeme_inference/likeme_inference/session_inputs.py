@@ -5,12 +5,13 @@ Messages are read by their fields alone: rclpy's and rosbags' both serve.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any, NamedTuple, TypeVar
 
-from likeme_core.observations import Demonstration, TableSnapshot
+from likeme_core.observations import Demonstration, ObservedAttempt, TableSnapshot
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.stamps import stamp_ns
 from likeme_core.tabletop import Manner, State
@@ -24,7 +25,9 @@ from likeme_inference.tabletop.values import (
     Outcome,
     Remark,
     Reply,
+    TableGoal,
 )
+from likeme_inference.value_json import from_json
 
 #: How far probabilities may be from their sum of 1.
 SUM_TOLERANCE = 1e-3
@@ -40,6 +43,8 @@ class InputKind(IntEnum):
     SILENCE = 4
     #: No input: a replay asks whether the node is connected.
     NOTHING = 5
+    #: A joint goal of a person who has stopped.
+    TABLE_GOAL = 6
 
     @property
     def has_topic(self) -> bool:
@@ -56,17 +61,26 @@ class SessionInput(NamedTuple):
 
 
 class OperatorAnswer(NamedTuple):
-    """An operator's answer to a request for help."""
+    """An operator's answer to a request for help.
+
+    Attributes:
+        object: the request is about; empty: it is the last one.
+        goal: that NAME_GOAL names.
+    """
 
     reply: Reply
     answered_by: str
+    object: str = ''
+    goal: State | None = None
 
 
 class CameraSilence:
     """The camera showed nothing new for too long while an outcome was waited for."""
 
 
-InputValue = TableSnapshot | Demonstration | MotionReport | OperatorAnswer | CameraSilence
+InputValue = (
+    TableSnapshot | Demonstration | MotionReport | OperatorAnswer | CameraSilence | TableGoal
+)
 SessionEvent = GoalBelief | Decision | Outcome | Remark
 Number = TypeVar('Number', bound=IntEnum)
 
@@ -90,8 +104,10 @@ def apply_input(session: ImitationSession, value: InputValue) -> list[SessionEve
         events = [session.observe_demonstration(value), session.look_again()]
     elif isinstance(value, MotionReport):
         events = [session.motion_finished(value)]
+    elif isinstance(value, TableGoal):
+        events = [session.observe_table_goal(value), session.look_again()]
     elif isinstance(value, OperatorAnswer):
-        events = [session.answered(value.reply)]
+        events = [session.answered(value.reply, value.object, value.goal), session.named_belief()]
     else:
         events = [session.nothing_seen()]
     return [event for event in events if event is not None]
@@ -115,9 +131,7 @@ def read_demonstration(msg: Any, world: World) -> Demonstration:
         raise ValueError(
             f'Expected p(manner) from 1/{len(Manner)} to 1, got {msg.manner_probability:g}.'
         )
-    start, end = stamp_ns(msg.start), stamp_ns(msg.end)
-    if end < start:
-        raise ValueError(f'Expected an end after the start at {start} ns, got {end} ns.')
+    start, end = _times(msg)
     return Demonstration(
         stamp=stamp_ns(msg.header.stamp),
         frame=msg.header.frame_id,
@@ -131,6 +145,40 @@ def read_demonstration(msg: Any, world: World) -> Demonstration:
         x_f_probability=tuple(msg.x_f_probability),
         manner_probability=msg.manner_probability,
         rise=msg.rise,
+    )
+
+
+def read_attempt(msg: Any, world: World) -> ObservedAttempt:
+    """Read a likeme_msgs/Attempt and check every field.
+
+    Raises:
+        ValueError: a state out of range, x_f of an act under way, invalid probabilities, an end
+            before the start.
+    """
+    world.check_label(msg.world)
+    x_i, x_f = _state(world, msg.x_i, 'x_i'), _known(world, msg.x_f, 'x_f')
+    if msg.under_way and x_f is not None:
+        raise ValueError(f'Expected no x_f of an act under way, got {x_f.name}.')
+    for name, state in (('x_i_probability', x_i), ('x_f_probability', x_f)):
+        if state is not None:
+            _check_probabilities(world, getattr(msg, name), name)
+    if not 0 <= msg.manner_probability <= 1:
+        raise ValueError(f'Expected p(manner) from 0 to 1, got {msg.manner_probability:g}.')
+    start, end = _times(msg)
+    return ObservedAttempt(
+        stamp=stamp_ns(msg.header.stamp),
+        frame=msg.header.frame_id,
+        object=msg.object,
+        x_i=x_i,
+        x_f=x_f,
+        manner=None if msg.manner == UNKNOWN else _number(Manner, msg.manner, 'manner'),
+        manner_probability=msg.manner_probability,
+        direction=_known(world, msg.direction, 'direction'),
+        under_way=msg.under_way,
+        start=start,
+        end=end,
+        x_i_probability=tuple(msg.x_i_probability),
+        x_f_probability=() if x_f is None else tuple(msg.x_f_probability),
     )
 
 
@@ -162,21 +210,27 @@ def read_motion(response: Any) -> MotionReport:
     return MotionReport(outcome, response.message, stamp_ns(response.finished))
 
 
-def read_heard(kind: InputKind, heard: Any) -> InputValue:
+def read_heard(kind: InputKind, heard: Any, world: World) -> InputValue:
     """Read an input without a topic from a likeme_msgs/Heard.
 
     Raises:
-        ValueError: it holds none of this kind.
+        ValueError: it holds none of this kind, or a goal that the world lacks.
     """
     if kind is InputKind.MOTION:
         known = heard.motion_outcome in set(MotionOutcome)
         outcome = MotionOutcome(heard.motion_outcome) if known else None
         return MotionReport(outcome, heard.message, stamp_ns(heard.finished))
     if kind is InputKind.ANSWER:
-        return OperatorAnswer(_number(Reply, heard.answer, 'answer'), heard.message or '?')
+        reply = _number(Reply, heard.answer, 'answer')
+        # Messages recorded before there could be several questions lack the object.
+        about, goal = getattr(heard, 'object', ''), getattr(heard, 'goal', '')
+        named = world.state(goal) if goal else None
+        return OperatorAnswer(reply, heard.message or '?', about, named)
     if kind is InputKind.SILENCE:
         return CameraSilence()
-    raise ValueError(f'Expected MOTION, ANSWER or SILENCE, got {kind.name}.')
+    if kind is InputKind.TABLE_GOAL:
+        return from_json(TableGoal, json.loads(heard.message), world)
+    raise ValueError(f'Expected MOTION, ANSWER, SILENCE or TABLE_GOAL, got {kind.name}.')
 
 
 def _state(world: World, value: int, field: str) -> State:
@@ -184,6 +238,18 @@ def _state(world: World, value: int, field: str) -> State:
     if state is None:
         raise ValueError(f'Expected {field} from 0 to {len(world.states) - 1}, got {value}.')
     return state
+
+
+def _known(world: World, value: int, field: str) -> State | None:
+    return None if value == UNKNOWN else _state(world, value, field)
+
+
+def _times(msg: Any) -> tuple[int, int]:
+    """Start and end of an act, ns."""
+    start, end = stamp_ns(msg.start), stamp_ns(msg.end)
+    if end < start:
+        raise ValueError(f'Expected an end after the start at {start} ns, got {end} ns.')
+    return start, end
 
 
 def _number(kind: type[Number], value: int, field: str) -> Number:

@@ -9,6 +9,7 @@ An entry's text is JSON. All have `cell` and `world`, the label; further by kind
 
     started                   node, names (decision_record.world_record), parameters, restored
     demonstration, belief     the fields of Demonstration and of GoalBelief
+    table_goal                the joint goal of a person who has stopped
     decision                  decision_record.decision_record
     question, answer          HelpRequest; request, reply, answered_by
     motion_requested          id, decision, object, action, expires
@@ -42,6 +43,7 @@ from likeme_inference.tabletop.values import (
     GoalBelief,
     MotionReport,
     Outcome,
+    TableGoal,
 )
 from likeme_inference.value_json import to_json, to_text
 
@@ -73,6 +75,7 @@ class SessionLog:
         run: of this process.
         problem: why it cannot be written at present, in one sentence; empty: it can.
         paused: whether nothing is written, as while a recording is replayed.
+        decided: the record of the newest decision, written or not; None: none yet.
     """
 
     def __init__(
@@ -83,6 +86,7 @@ class SessionLog:
         self.log, self.world, self.cell, self.run = log, world, cell, run
         self.problem = ''
         self.paused = False
+        self.decided: Mapping[str, Any] | None = None
         self._now = now
         self._again = 0.0
         self._notes: list[Row] = []
@@ -154,6 +158,7 @@ class SessionLog:
             rows.append(self._state_row(session.state))
         if rows:
             self.write(*rows)
+        self.decided = next((data for kind, data in rows if kind == 'decision'), self.decided)
 
     def request_motion(self, decision: Decision, motion_id: str, expires: int) -> None:
         """Write that the arm is about to be asked; expires in ns.
@@ -171,9 +176,15 @@ class SessionLog:
         self.note(*self._state_row(state))
 
     def _state_row(self, state: SessionState) -> Row:
-        kept = to_json(replace(state, **ELSEWHERE))
-        kept['decision'] = None if state.decision is None else state.decision.id
-        return 'session', {'state': kept}
+        return 'session', {'state': _kept_state(state)}
+
+
+def _kept_state(state: SessionState) -> dict[str, Any]:
+    """What is written of a state; its decision by number, as it has an entry of its own."""
+    kept: dict[str, Any] = to_json(replace(state, suspended=(), **ELSEWHERE))
+    kept['decision'] = None if state.decision is None else state.decision.id
+    kept['suspended'] = [_kept_state(each) for each in state.suspended]
+    return kept
 
 
 def _input_rows(
@@ -181,6 +192,8 @@ def _input_rows(
 ) -> list[Row]:
     if isinstance(value, Demonstration):
         return [('demonstration', to_json(value))]
+    if isinstance(value, TableGoal):
+        return [('table_goal', to_json(value))]
     if isinstance(value, MotionReport):
         decision = session.decision
         return [

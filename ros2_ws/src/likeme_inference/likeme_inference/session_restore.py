@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from likeme_core.world import World
 from likeme_inference.help_requests import ANSWERS_KEPT, AcceptedAnswer
 from likeme_inference.session_log import ELSEWHERE, SessionLog
+from likeme_inference.tabletop.promise import WINDOW
 from likeme_inference.tabletop.session_state import Phase, SessionState
 from likeme_inference.tabletop.values import Decision, GoalBelief, Outcome
 from likeme_inference.value_json import from_json, to_text
@@ -36,6 +37,8 @@ class Restored:
         decided: the decision that `outcome` ended.
         motion: id of the request of the decision under way; empty: the arm was not asked yet.
         answers: the last ones.
+        outcomes: the latest, oldest first, as many as calibration looks back to.
+        record: of the state's decision, see decision_record; None: there is no decision.
         sentence: what is restored; empty: nothing.
     """
 
@@ -45,6 +48,8 @@ class Restored:
     decided: Decision | None = None
     motion: str = ''
     answers: tuple[AcceptedAnswer, ...] = ()
+    outcomes: tuple[Outcome, ...] = ()
+    record: Mapping[str, Any] | None = None
     sentence: str = ''
 
 
@@ -97,17 +102,29 @@ class _Reader:
         Raises:
             ValueError: there is none.
         """
+        record = self.record(number)
+        return None if record is None else from_json(Decision, record['decision'], self._world)
+
+    def record(self, number: int | None) -> Any:
+        """The record of the decision of a number.
+
+        Raises:
+            ValueError: there is none.
+        """
         if number is None:
             return None
         entry = self.entry('decision', f'"id":{number},')
         if entry is None or entry.data['decision']['id'] != number:
             raise ValueError(f'decision {number} is not there')
-        return from_json(Decision, entry.data['decision'], self._world)
+        return entry.data
 
     def state(self, kept: Mapping[str, Any]) -> SessionState:
-        plain = from_json(SessionState, {**kept, **ELSEWHERE}, self._world)
+        plain = from_json(SessionState, {**kept, **ELSEWHERE, 'suspended': []}, self._world)
+        # A log that was written before questions could be suspended has none.
+        suspended = tuple(self.state(each) for each in kept.get('suspended', ()))
         # A timeout counts from the first table state on.
-        return replace(plain, decision=self.decision(kept['decision']), resumed_at=None)
+        decision = self.decision(kept['decision'])
+        return replace(plain, decision=decision, suspended=suspended, resumed_at=None)
 
     def motion(self, decision: Decision) -> str:
         """Id of the request that was made for a decision; empty: none was."""
@@ -116,10 +133,11 @@ class _Reader:
             return ''
         return str(entry.data['id'])
 
-    def answers(self) -> tuple[AcceptedAnswer, ...]:
-        entries = self._log.entries(['answer'], ANSWERS_KEPT, self._own)
-        read = (self._read(entry, AcceptedAnswer) for entry in entries)
-        return tuple(answer for answer in read if answer is not None)
+    def latest(self, kind: str, of: type[T], count: int) -> tuple[T, ...]:
+        """The newest ones of a kind that are of this world, oldest first."""
+        entries = self._log.entries([kind], count, self._own)
+        read = (self._read(entry, of) for entry in entries)
+        return tuple(value for value in read if value is not None)
 
     def _read(self, entry: LogEntry, of: type[T]) -> T | None:
         data = entry.data
@@ -139,17 +157,21 @@ def _taken_up(there: _Reader, kept: Mapping[str, Any], decisions: int) -> Restor
         outcome,
         there.decision(outcome.decision_id) if outcome else None,
         there.motion(acting) if acting else '',
-        there.answers(),
+        there.latest('answer', AcceptedAnswer, ANSWERS_KEPT),
+        there.latest('outcome', Outcome, WINDOW),
+        there.record(kept['decision']),
         _sentence(there.place, state),
     )
 
 
 def _sentence(place: str, state: SessionState) -> str:
+    waiting = [f'{each.object} ({each.id})' for each in state.questions if each != state.decision]
+    also = f' Open questions: {", ".join(waiting)}.' if waiting else ''
     if state.phase not in OPEN:
-        return f'Restored from {place}: nothing was under way.'
+        return f'Restored from {place}: nothing was under way.{also}'
     decision, demo = state.decision, state.demonstration
     what = OPEN[state.phase].format(
         decision=f'decision {decision.id} on {decision.object}' if decision else '',
         demonstration=demo.object if demo else '',
     )
-    return f'Restored from {place}: {what} goes on ({state.phase.name}).'
+    return f'Restored from {place}: {what} goes on ({state.phase.name}).{also}'

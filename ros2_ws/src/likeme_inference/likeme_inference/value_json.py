@@ -18,6 +18,8 @@ from likeme_core.tabletop import Action, State
 from likeme_core.world import World
 
 T = TypeVar('T')
+#: In the metadata of fields with a default that older records lack.
+ADDED = 'added'
 
 
 def to_json(value: Any) -> Any:
@@ -56,11 +58,12 @@ def from_json(kind: type[T], data: Any, world: World) -> T:
     """
     wanted: Any = kind
     hints: dict[str, Any] = _hints(wanted)
-    if not isinstance(data, dict) or set(data) != set(hints):
+    needed = {field.name for field in fields(wanted) if ADDED not in field.metadata}
+    if not isinstance(data, dict) or not needed <= set(data) <= set(hints):
         got = sorted(data) if isinstance(data, dict) else type(data).__name__
         raise ValueError(f'Expected a {kind.__name__} of {sorted(hints)}, got {got}.')
     try:
-        return kind(**{name: _read(hint, data[name], world) for name, hint in hints.items()})
+        return kind(**{name: _read(hints[name], value, world) for name, value in data.items()})
     except (TypeError, KeyError) as error:
         raise ValueError(f'Expected the fields of a {kind.__name__}, got {error}.') from error
 

@@ -7,12 +7,12 @@ from typing import Any
 
 from builtin_interfaces.msg import Time
 
-from graph import Graph
+from graph import LATCHED, Graph
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import time_msg
 from likeme_core.tabletop import Manner, State
-from likeme_msgs.msg import Demonstration, ObjectState, TableState
+from likeme_msgs.msg import Decision, Demonstration, ObjectState, TableState
 from likeme_msgs.srv import ExecuteAction
 
 TICK = 100_000_000
@@ -104,3 +104,14 @@ class Arm:
             self._camera.states[request.object] = int(target)
             response.finished = time_msg(self._camera.stamp)
         return response
+
+
+def make_request(graph: Graph, camera: Camera) -> int:
+    """Demonstrate pear RIGHT to LEFT and put it back; the number of the request."""
+    left, right = WORLD.state('LEFT'), WORLD.state('RIGHT')
+    seen = graph.collect(Decision, 'decision', LATCHED)
+    camera.show('pear', right, left)
+    graph.until(lambda: seen and seen[-1].kind == Decision.AT_GOAL, 20, 'AT_GOAL')
+    camera.show('pear', left, right)
+    graph.until(lambda: seen[-1].kind == Decision.ASK_HUMAN, 10, 'ASK_HUMAN')
+    return int(seen[-1].id)

@@ -29,12 +29,16 @@ def random_inputs(
         if phase is Phase.ACTING and kind < 0.3:
             outcome = chance.choice([*MotionOutcome, MotionOutcome.COMPLETED, None])
             yield MotionReport(outcome, 'Said.', ns(now) if chance.random() < 0.8 else 0)
-        elif phase is Phase.ASKING and kind < 0.3:
+        elif phase is Phase.ASKING and kind < 0.1:
             yield OperatorAnswer(chance.choice(list(Reply)), 'Ada')
+        elif session.state.suspended and kind < 0.2:
+            about = chance.choice(session.state.suspended).demonstration
+            name = about.object if about else ''
+            yield OperatorAnswer(chance.choice(list(Reply)), 'Ada', name)
         elif phase is Phase.CONFIRMING and kind < 0.05:
             yield CameraSilence()
         elif kind < 0.45:
-            name = chance.choice(WORLD.objects) if kind < 0.1 else 'pear'
+            name = chance.choice(WORLD.objects) if chance.random() < 0.25 else 'pear'
             x_f = chance.choice([state for state in WORLD.states if state != where[name]])
             yield shown(name, where[name], x_f, now, chance.choice(list(Manner)[:2]))
             where[name] = x_f

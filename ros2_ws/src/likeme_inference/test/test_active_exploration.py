@@ -12,6 +12,7 @@ from likeme_inference.tabletop import TABLETOP, plan, shipped, spread
 from likeme_inference.tabletop.active_exploration import help_rate, information_gain
 from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.imitation import ImitationSettings, decide
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.shared_prior import START, fit_weights, shared_prior
 from likeme_inference.tabletop.transition_model import maximum_likelihood
@@ -101,11 +102,11 @@ def test_decisions_with_the_shared_prior():
     alpha = counts + shared_prior(counts, fit_weights(counts, AIMS, rounds=3), AIMS)
     for o, name in enumerate(model.objects):
         expected = alpha[o] / alpha[o].sum(axis=-1, keepdims=True)
-        assert model.goal_model(name, shared=True).transition == pytest.approx(expected)
+        assert model.goal_model(name, prior=Prior.SHARED).transition == pytest.approx(expected)
         assert model.counted(name, 0.09).pseudo_counts == pytest.approx(counts[o] + 0.09)
     demo = Demonstration(0, '', 'pear', RIGHT, LEFT, Manner.PLACE, 0, 0)
     view = TableSnapshot(1, '', True, {'pear': RIGHT})
-    decision = decide(model, ImitationSettings(shared_prior=True), demo, view, 1)
+    decision = decide(model, ImitationSettings(prior=Prior.SHARED), demo, view, 1)
     row = alpha[0, RIGHT, PUSH_LEFT]
     assert decision.predicted_success == pytest.approx(row[LEFT] / row.sum())
 
@@ -115,4 +116,4 @@ def test_shared_prior_needs_actions_aimed_at_states():
     rows = (TrialCounts('ball', 0, 0, (1, 2), 'me'),)
     model = RobotModel('other', '1', {'me': 'Me.'}, rows, domain)
     with pytest.raises(ValueError, match='Expected every action aimed at a state'):
-        model.counted('ball', shared=True)
+        model.counted('ball', prior=Prior.SHARED)

@@ -11,10 +11,13 @@ import pytest
 from likeme_core.paper_world import PLACE_LEFT, PLACE_RIGHT, PUSH_LEFT, WORLD
 from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, asks, choose
+from likeme_inference.tabletop.asking import choose_least_cost
+from likeme_inference.tabletop.cost_planning import Costs
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.goal_inference import goal_posterior, map_goal, map_index
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import GOAL_MODELS_KEPT
 from likeme_inference.tabletop.transition_model import TransitionModel
 
@@ -280,7 +283,7 @@ def test_models_are_read_only() -> None:
     assert counted.pseudo_counts[L, 0].tolist() == [10.5, 0.5, 0.5]
     for array in (
         counted.counts, counted.prior, PEAR.success(L, R), TABLETOP.stuck, TABLETOP.goal_matrix,
-        PEAR.goal_posterior(L, R), shipped().counted('pear', shared=True).prior,
+        PEAR.goal_posterior(L, R), shipped().counted('pear', prior=Prior.SHARED).prior,
     ):  # fmt: skip
         with pytest.raises(ValueError, match='read-only'):
             array[...] = 1  # type: ignore[index]
@@ -296,3 +299,23 @@ def test_goal_models_of_the_latest_settings_are_kept_and_no_others() -> None:
     anew = robot.goal_model('pear')
     assert anew is not first
     assert (anew.policy == first.policy).all()
+
+
+@pytest.mark.parametrize('mode', [Mode.INTERACTIVE, Mode.SEQUENTIAL])
+def test_a_kept_answer_is_the_answer_of_a_new_model(mode: Mode) -> None:
+    robot = shipped()
+    kept = robot.goal_model('pear')
+    for left in (1, 3):
+        for x_i in range(3):
+            for goal in range(3):
+                first = choose(kept, x_i, goal, None, mode, 0.5, left)
+                again = choose(kept, x_i, goal, None, mode, 0.5, left)
+                new = choose(shipped().goal_model('pear'), x_i, goal, None, mode, 0.5, left)
+                # NaN differs from itself.
+                assert repr(first) == repr(again) == repr(new)
+    posterior = kept.goal_posterior(1, 0)
+    for costs in (Costs(), Costs(help=0.05), Costs()):
+        new = shipped().goal_model('pear')
+        assert repr(choose_least_cost(kept, 1, 0, posterior, mode, costs, 3)) == repr(
+            choose_least_cost(new, 1, 0, posterior, mode, costs, 3)
+        )

@@ -59,9 +59,10 @@ def test_invalid_names_are_rejected(name: str) -> None:
         TrialKey(name, 'campaign', PEAR, 0)
 
 
-def test_a_motion_that_was_held_is_no_trial() -> None:
-    with pytest.raises(ValueError, match='got HELD'):
-        replace(trial(), motion=MotionOutcome.HELD)
+@pytest.mark.parametrize('motion', [MotionOutcome.HELD, MotionOutcome.NOT_FREE])
+def test_a_motion_that_was_held_or_not_begun_is_no_trial(motion: MotionOutcome) -> None:
+    with pytest.raises(ValueError, match=f'got {motion.name}'):
+        replace(trial(), motion=motion)
 
 
 def test_trial_file_round_trip(tmp_path: Path) -> None:
@@ -191,6 +192,7 @@ def test_executed_imitations_improve_the_model(store: ExperienceStore) -> None:
     [
         replace(outcome(), actor=Actor.HUMAN),
         replace(outcome(), motion=MotionOutcome.HELD),
+        replace(outcome(), motion=MotionOutcome.NOT_FREE),
         replace(outcome(), motion=None),
         outcome(x_f=None),
     ],

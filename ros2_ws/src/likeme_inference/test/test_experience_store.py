@@ -199,7 +199,7 @@ def test_invalid_places_are_rejected(place: str, why: str) -> None:
 
 
 def test_reading_creates_no_file(path: Path) -> None:
-    with pytest.raises(StoreError, match='no experience yet'):
+    with pytest.raises(StoreError, match='nothing is recorded there yet'):
         ExperienceStore(str(path), WORLD, create=False)
     assert not path.exists()
 

@@ -50,7 +50,8 @@ def test_a_second_answer_is_refused(requests: HelpRequests) -> None:
     ('number', 'reply', 'name', 'message'),
     [
         (7, 0, 'Ada', r'one of the pending requests \[2, 5\], got 7'),
-        (2, 3, 'Ada', '0 DONE_BY_HAND, 1 TRY_ANYWAY, 2 SKIP, got 3'),
+        (2, 7, 'Ada', '0 DONE_BY_HAND, 1 TRY_ANYWAY, 2 SKIP, 3 NAME_GOAL, got 7'),
+        (2, 3, 'Ada', 'Expected a goal with NAME_GOAL alone, got none'),
         (2, 0, '  ', 'Expected the name of the operator'),
     ],
 )
@@ -110,9 +111,19 @@ def test_only_the_last_answers_are_remembered() -> None:
         requests.check(ANSWERS_KEPT, Reply.SKIP, 'Bob')
 
 
+def test_an_answer_may_name_the_goal(requests: HelpRequests) -> None:
+    answer = requests.check(2, Reply.NAME_GOAL, 'Ada', goal=RIGHT)
+
+    assert answer.sentence == (
+        'Request 2, pear: wanted RIGHT, the robot decides anew (answered by Ada).'
+    )
+    with pytest.raises(AnswerRefusedError, match='got RIGHT with SKIP'):
+        requests.check(2, Reply.SKIP, 'Ada', goal=RIGHT)
+
+
 def test_what_never_worked_is_not_tried() -> None:
     requests = HelpRequests()
     requests.add(replace(request(2), predicted_success=0.0))
-    with pytest.raises(AnswerRefusedError, match='Expected DONE_BY_HAND or SKIP for request 2'):
+    with pytest.raises(AnswerRefusedError, match='Expected DONE_BY_HAND or SKIP or NAME_GOAL for'):
         requests.check(2, Reply.TRY_ANYWAY, 'Ada')
     assert requests.check(2, Reply.SKIP, 'Ada').reply is Reply.SKIP

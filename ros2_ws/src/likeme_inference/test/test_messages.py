@@ -89,7 +89,7 @@ def test_unknown_motion_outcomes() -> None:
     bad = read_motion(ExecuteAction.Response(outcome=77))
 
     assert (good.outcome, good.finished) == (MotionOutcome.HELD, 4 * 10**9)
-    assert (bad.outcome, bad.message) == (None, 'expected an outcome from 0 to 13, got 77.')
+    assert (bad.outcome, bad.message) == (None, 'expected an outcome from 0 to 14, got 77.')
 
 
 def test_times() -> None:

@@ -22,6 +22,7 @@ from likeme_inference.tabletop.model_file import (
     shipped,
 )
 from likeme_inference.tabletop.model_parser import ModelFileError, parse
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 
 GOOD = """\
@@ -268,8 +269,8 @@ def test_objects_that_the_world_lacks_are_left_out_and_named() -> None:
     assert np.array_equal(known.model_of('pear').counts, shipped().model_of('pear').counts)
     # The prior that objects share is that of the world's objects alone.
     assert not np.array_equal(
-        known.counted('pear', shared=True).pseudo_counts,
-        shipped().counted('pear', shared=True).pseudo_counts,
+        known.counted('pear', prior=Prior.SHARED).pseudo_counts,
+        shipped().counted('pear', prior=Prior.SHARED).pseudo_counts,
     )
     assert shipped(WORLD).left_out == ()
 
@@ -281,9 +282,9 @@ def test_objects_that_model_or_world_lacks_are_named() -> None:
     assert model_gaps(shipped(), ImitationSettings()) == []
     assert model_gaps(known, settings)[0] == (
         'chung2015_robot 1 has no trials of pear: not imitated, as no prior is set '
-        '(concentration or shared_prior).'
+        '(concentration or prior).'
     )
-    assert model_gaps(known, replace(settings, shared_prior=True))[0] == (
+    assert model_gaps(known, replace(settings, prior=Prior.SHARED))[0] == (
         'chung2015_robot 1 has no trials of pear: inferred by the prior alone.'
     )
     assert model_gaps(shipped(with_lemon), settings) == [
@@ -293,12 +294,12 @@ def test_objects_that_model_or_world_lacks_are_named() -> None:
 
 def test_an_untried_object_has_the_prior_fitted_to_the_others() -> None:
     others = shipped().only(['lemon', 'chicken'])
-    untried = others.counted('pear', shared=True)
+    untried = others.counted('pear', prior=Prior.SHARED)
     assert untried.trials == 0
     # In the prior of an object tried without a trial, nothing but its own counts is missing.
     row = TrialCounts('pear', LEFT, PUSH_LEFT, (0, 0, 0), 'paper')
     empty = RobotModel('m', '1', others.sources, (*others.rows, row))
-    assert np.array_equal(untried.prior, empty.counted('pear', shared=True).prior)
+    assert np.array_equal(untried.prior, empty.counted('pear', prior=Prior.SHARED).prior)
     assert others.counted('pear', 0.5).transition == pytest.approx(1 / 3)
     with pytest.raises(ValueError, match=r"objects \['lemon', 'chicken'\], got 'pear'"):
         others.counted('pear')

@@ -210,7 +210,9 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
         decision = imitate(graph, camera, heard, camera.show('pear', R, L))
         listed = graph.call(AskHuman, 'ask_human', AskHuman.Request(command=AskHuman.Request.LIST))
         unknown = answer(graph, 99, AskHuman.Request.SKIP)
-        bad = answer(graph, decision.id, 3)
+        bad = answer(graph, decision.id, 7)
+        no_goal = answer(graph, decision.id, AskHuman.Request.NAME_GOAL)
+        no_region = answer(graph, decision.id, AskHuman.Request.NAME_GOAL, goal='UPSTAIRS')
         nobody = answer(graph, decision.id, AskHuman.Request.SKIP, by=' ')
         chicken = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY, object='chicken')
         unread = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY, action='')
@@ -226,7 +228,9 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
         for refused, why in [
             (nothing, 'Nothing is pending'),
             (unknown, f'Expected one of the pending requests [{decision.id}], got 99.'),
-            (bad, 'got 3.'),
+            (bad, 'got 7.'),
+            (no_goal, 'Expected a goal with NAME_GOAL alone, got none.'),
+            (no_region, "got 'UPSTAIRS'"),
             (nobody, 'Expected the name of the operator'),
             (chicken, f'the open request {decision.id} (pear, push_left, of '),
             (chicken, 'got one to chicken, push_left, of '),

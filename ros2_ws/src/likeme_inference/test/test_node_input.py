@@ -114,7 +114,9 @@ def test_a_model_that_lacks_an_object_of_the_world(tmp_path: Path) -> None:
         beliefs = graph.collect(GoalBelief, 'goal_belief', LATCHED)
         camera.show('chicken', R, L)
         refused = graph.until(lambda: decisions, 20, 'a decision').pop()
-        assert set_parameter(graph, 'shared_prior', True).successful
+        assert set_parameter(graph, 'prior', 'structured').successful
+        assert set_parameter(graph, 'asking', 'promise').successful
+        assert set_parameter(graph, 'costs', [0.1, 0.5, 2.0, 0.0, 0.1]).successful
         camera.show('chicken', L, R)
         belief = graph.until(lambda: beliefs, 10, 'a belief').pop()
         assert node.stop() == 0

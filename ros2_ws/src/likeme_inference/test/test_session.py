@@ -14,6 +14,7 @@ from likeme_core.tabletop import Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import ImitationSettings, help_request
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.session_state import Phase
@@ -355,13 +356,13 @@ def test_a_model_without_the_demonstrated_object_ends_the_turn() -> None:
     assert (refused.goal, refused.goal_posterior) == (L, (1 / 3,) * 3)
     assert refused.sentence == (
         'I saw the pear being placed from RIGHT to LEFT, but no_pear 1 has no trials of it: '
-        'not imitated, as no prior is set (concentration or shared_prior).'
+        'not imitated, as no prior is set (concentration or prior).'
     )
     assert here.phase is Phase.IDLE
     assert isinstance(here.observe_demonstration(shown('lemon', R, L, at=16)), GoalBelief)
 
 
-@pytest.mark.parametrize('prior', [{'concentration': 0.09}, {'shared_prior': True}])
+@pytest.mark.parametrize('prior', [{'concentration': 0.09}, {'prior': Prior.SHARED}])
 def test_an_object_without_trials_is_inferred_by_a_prior(prior: dict[str, float]) -> None:
     here = session(**prior)
     here.model = without_pear()
@@ -408,9 +409,12 @@ def test_a_question_may_be_answered_after_the_model_lost_its_object(reply: Reply
     show_and_put_back(here, 'pear', R, L)
     assert here.phase is Phase.ASKING
     here.model = without_pear()
-    outcome = here.answered(reply)
+    outcome = here.answered(reply, goal=O if reply is Reply.NAME_GOAL else None)
     if reply is Reply.TRY_ANYWAY:
         here.motion_finished(DONE)
+    if reply is Reply.NAME_GOAL:
+        assert here.named_belief() is None
+        assert isinstance(here.look(table(21, pear=R)), Remark)
     outcome = outcome or here.look(table(21, pear=R))
 
     assert isinstance(outcome, Outcome)

@@ -8,7 +8,7 @@ import pytest
 
 from likeme_core.observations import Demonstration, TableSnapshot
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.paper_world import LEFT, RIGHT
+from likeme_core.paper_world import LEFT, RIGHT, WORLD
 from likeme_core.tabletop import Manner
 from likeme_inference.session_inputs import (
     CameraSilence,
@@ -60,14 +60,18 @@ def test_inputs_that_do_not_fit_are_refused(value: InputValue, sentence: str) ->
 
 def test_reports_are_read_from_heard() -> None:
     report = MotionReport(MotionOutcome.COMPLETED, 'Ada', 3 * SECOND + 4)
-    assert read_heard(InputKind.MOTION, HEARD) == report
-    assert read_heard(InputKind.ANSWER, HEARD) == OperatorAnswer(Reply.SKIP, 'Ada')
-    assert isinstance(read_heard(InputKind.SILENCE, HEARD), CameraSilence)
+    assert read_heard(InputKind.MOTION, HEARD, WORLD) == report
+    assert read_heard(InputKind.ANSWER, HEARD, WORLD) == OperatorAnswer(Reply.SKIP, 'Ada')
+    named = SimpleNamespace(**vars(HEARD) | {'answer': 3, 'goal': 'LEFT'})
+    assert read_heard(InputKind.ANSWER, named, WORLD) == OperatorAnswer(
+        Reply.NAME_GOAL, 'Ada', goal=LEFT
+    )
+    assert isinstance(read_heard(InputKind.SILENCE, HEARD, WORLD), CameraSilence)
     no_answer = SimpleNamespace(**vars(HEARD) | {'motion_outcome': 255, 'answer': 7})
-    value = read_heard(InputKind.MOTION, no_answer)
+    value = read_heard(InputKind.MOTION, no_answer, WORLD)
     assert isinstance(value, MotionReport)
     assert value.outcome is None
-    with pytest.raises(ValueError, match='answer from 0 to 2, got 7'):
-        read_heard(InputKind.ANSWER, no_answer)
+    with pytest.raises(ValueError, match='answer from 0 to 3, got 7'):
+        read_heard(InputKind.ANSWER, no_answer, WORLD)
     with pytest.raises(ValueError, match='got NOTHING'):
-        read_heard(InputKind.NOTHING, HEARD)
+        read_heard(InputKind.NOTHING, HEARD, WORLD)

@@ -32,6 +32,7 @@ from likeme_inference.session_restore import restore
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.session_state import Phase, SessionState
@@ -61,7 +62,8 @@ def settings_for(seed: int) -> ImitationSettings:
 
 def test_every_phase_goes_on_after_being_written_and_read() -> None:
     phases: Counter[Phase] = Counter()
-    for seed in range(10):
+    suspended: Counter[int] = Counter()
+    for seed in range(20):
         settings = settings_for(seed)
         whole = ImitationSession(MODEL, settings)
         parts = ImitationSession(MODEL, settings)
@@ -71,7 +73,9 @@ def test_every_phase_goes_on_after_being_written_and_read() -> None:
             # repr: NaN is not equal to itself.
             assert repr(taken(whole, value)) == repr(taken(parts, value)), f'seed {seed}'
             assert to_json(whole.state) == to_json(parts.state), f'seed {seed}'
+            suspended[len(whole.state.suspended)] += 1
     assert min(phases[phase] for phase in Phase) > 20, phases
+    assert suspended.total() - suspended[0] > 20, suspended
 
 
 def logged(path: Path, settings: ImitationSettings, state: SessionState) -> LoggedSession:
@@ -154,16 +158,16 @@ def test_a_log_of_another_world_begins_anew_and_says_both_names(tmp_path: Path) 
     assert restore(SessionLog(here.log.log, WORLD, 'robot/9/node', 'run')).state == SessionState()
 
 
-@pytest.mark.parametrize('shared', [False, True])
-def test_a_decision_is_made_again_from_its_record(shared: bool) -> None:
-    session = ImitationSession(MODEL, ImitationSettings(shared_prior=shared, turn_delay=0))
+@pytest.mark.parametrize('prior', list(Prior))
+def test_a_decision_is_made_again_from_its_record(prior: Prior) -> None:
+    session = ImitationSession(MODEL, ImitationSettings(prior=prior, turn_delay=0))
     apply_input(session, shown('pear', RIGHT, LEFT, 3))
     decision = apply_input(session, table(5, pear=RIGHT))[0]
     assert isinstance(decision, Decision)
     record = json.loads(to_text(decision_record(session, decision)))
     names = json.loads(to_text(world_record(WORLD)))
     assert rederive(record, recorded_world(names)) == []
-    assert len(record['model']['counts']) == (3 if shared else 1)
+    assert len(record['model']['counts']) == (1 if prior is Prior.OWN else 3)
     # Any number that matters, when it is another one.
     record['model']['counts'][0][1][1][3][0] += 1
     assert any('p' in difference for difference in rederive(record, recorded_world(names)))

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
+from numpy.typing import NDArray
 
 from likeme_core.world import World
 from likeme_inference.experience.exploration_policy import ExplorationPolicy
@@ -80,6 +82,21 @@ class Progress:
             return
         while (key := self.campaign.choose(self._counts())) is not None:
             yield key
+
+    def wanted(self) -> dict[str, NDArray[np.int64]]:
+        """Object -> number of trials to make, shape [x_i, a]; of a policy that is not adaptive."""
+        assert self._plan is not None, 'An adaptive policy has no plan.'
+        world = self.campaign.world
+        shape = len(world.states), len(world.actions)
+        wanted = {name: np.zeros(shape, dtype=np.int64) for name in self.campaign.objects}
+        for name, x_i, action in (key.pair for key in self.missing()):
+            wanted[name][x_i, action] += 1
+        return wanted
+
+    def next_key(self, pair: Pair) -> TrialKey:
+        """The key of the pair's next trial, in the plan or after it."""
+        keys = (self.campaign.key(pair, repetition) for repetition in count())
+        return next(key for key in keys if key.identity not in self._done)
 
     def recorded(self, key: TrialKey) -> None:
         """Mark a trial as recorded."""

@@ -114,7 +114,7 @@ def _check_file(url: URL, create: bool) -> None:
         kind = 'a folder' if path.is_dir() else f'no folder {path.parent}'
         raise StoreError(f'{path}: expected a database file, got {kind}.')
     if not create and not path.exists():
-        raise StoreError(f'{path}: there is no experience yet.')
+        raise StoreError(f'{path}: nothing is recorded there yet.')
     if not path.exists() and not os.access(path.parent, os.W_OK):
         raise StoreError(f'{path} cannot be made: its folder is read-only.')
     if path.exists() and not os.access(path, os.R_OK):
@@ -186,7 +186,7 @@ def _prepare(engine: Engine, url: URL, create: bool) -> None:
     with engine.connect() as connection:
         found = _version(connection, url)
     if found is None and not create:
-        raise StoreError(f'{shown(url)}: there is no experience yet.')
+        raise StoreError(f'{shown(url)}: nothing is recorded there yet.')
     if found is None:
         _create(engine, url)
     elif found != SCHEMA_VERSION:

@@ -22,7 +22,7 @@ Counts = Mapping[str, NDArray[np.int64]]
 #: Name space of the identities (RFC 9562, version 5).
 _TRIALS = UUID('6f0c6a5e-3d0b-5a63-9f0e-7b1f6f3f2c11')
 #: Motion outcomes that count as a trial. The others were stopped or not started for reasons
-#: unrelated to the action: held, busy, expired, object not seen.
+#: unrelated to the action: held, busy, expired, object not seen, other objects in the way.
 COUNTED = frozenset(
     {
         MotionOutcome.COMPLETED,

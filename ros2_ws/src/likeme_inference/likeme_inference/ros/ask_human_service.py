@@ -31,11 +31,11 @@ class AskHumanService:
         node: Node,
         world: World,
         take: Callable[[AcceptedAnswer], None],
-        refusal: Callable[[], str],
+        refusal: Callable[[AcceptedAnswer | None], str],
     ) -> None:
         """take: applies an answer; raises StoreError: cannot be logged.
 
-        refusal: why no answer is taken at present; empty: they are.
+        refusal: why no answer (None), or a valid one, is not taken at present; empty: it is.
         """
         self.desk = HelpRequests()
         self._world, self._take, self._refusal = world, take, refusal
@@ -61,10 +61,18 @@ class AskHumanService:
             raise AnswerRefusedError(
                 f'Expected command 0 LIST or 1 ANSWER, got {request.command}.'
             )
-        if refusal := self._refusal():
+        if refusal := self._refusal(None):
             raise AnswerRefusedError(refusal)
         read = ReadQuestion(request.object, request.action, stamp_ns(request.stamp))
-        answer = self.desk.check(request.request_id, request.answer, request.answered_by, read)
+        try:
+            goal = self._world.state(request.goal) if request.goal else None
+        except ValueError as error:
+            raise AnswerRefusedError(str(error)) from error
+        answer = self.desk.check(
+            request.request_id, request.answer, request.answered_by, read, goal
+        )
+        if refusal := self._refusal(answer):
+            raise AnswerRefusedError(refusal)
         try:
             self._take(answer)
         except StoreError as error:

@@ -28,17 +28,18 @@ from likeme_inference.session_inputs import (
     read_heard,
     read_table,
 )
-from likeme_inference.tabletop.values import MotionReport
+from likeme_inference.tabletop.values import MotionReport, TableGoal
+from likeme_inference.value_json import to_json, to_text
 from likeme_msgs.msg import Demonstration, Heard, TableState
 
 QUEUE_DEPTH = 100
 #: Fields of Heard that an input without a topic of its own is acknowledged with.
-HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'message')
+HEARD_FIELDS = ('motion_outcome', 'finished', 'answer', 'object', 'goal', 'message')
 #: Names of the topics' messages in diagnostics.
 COUNTED = {InputKind.DEMONSTRATION: 'demonstrations', InputKind.TABLE_STATE: 'table states'}
 #: Inputs that come once and are waited with while they cannot be logged. A table state is followed
 #: by the next one, and an operator is told.
-KEPT = (InputKind.DEMONSTRATION, InputKind.MOTION)
+KEPT = (InputKind.DEMONSTRATION, InputKind.MOTION, InputKind.TABLE_GOAL)
 #: A demonstration is made by hand: more than this many are not waited with.
 KEPT_INPUTS = 100
 
@@ -57,6 +58,7 @@ class SessionInputs:
 
     Attributes:
         replayed: whether all inputs come from a recording.
+        receiving: whether messages are taken in; else they are dropped.
         count: inputs since the session began.
     """
 
@@ -71,6 +73,7 @@ class SessionInputs:
         """
         self._world, self._logger, self._health = world, node.get_logger(), health
         self._apply, self._publish, self._last_view = apply, publish, last_view
+        self.receiving = False
         self.restart(replayed)
         self._heard_pub = node.create_publisher(Heard, 'heard', QUEUE_DEPTH)
         for kind, message, topic, depth in (
@@ -115,14 +118,26 @@ class SessionInputs:
         Raises:
             StoreError: it cannot be logged.
         """
-        fields = {'answer': int(answer.reply), 'message': answer.answered_by}
+        fields = {
+            'answer': int(answer.reply),
+            'object': answer.object,
+            'goal': '' if answer.goal is None else answer.goal.name,
+            'message': answer.answered_by,
+        }
         self._try(InputKind.ANSWER, lambda: answer, fields)
+
+    def table_goal(self, goal: TableGoal) -> None:
+        """Apply the joint goal of a person who has stopped."""
+        self._take(InputKind.TABLE_GOAL, lambda: goal, message=to_text(to_json(goal)))
 
     def silence(self) -> None:
         """Apply that the camera shows nothing new."""
         self._take(InputKind.SILENCE, CameraSilence)
 
     def _on_message(self, kind: InputKind, msg: Any) -> None:
+        if not self.receiving:
+            self._health.counts[f'{COUNTED[kind]} while not active'] += 1
+            return
         if not self.replayed:
             self._take_message(kind, msg)
             return
@@ -130,7 +145,7 @@ class SessionInputs:
         self._take_ready()
 
     def _on_hear_again(self, heard: Heard) -> None:
-        if self.replayed and heard.kind in set(InputKind):
+        if self.receiving and self.replayed and heard.kind in set(InputKind):
             stamp = stamp_ns(heard.header.stamp)
             self._sequencer.add_input(SessionInput(InputKind(heard.kind), stamp, heard))
             self._take_ready()
@@ -143,7 +158,7 @@ class SessionInputs:
                 self._acknowledge(kind)
             else:
                 fields = {name: getattr(msg, name) for name in HEARD_FIELDS}
-                self._take(kind, partial(read_heard, kind, msg), **fields)
+                self._take(kind, partial(read_heard, kind, msg, self._world), **fields)
 
     def _take_message(self, kind: InputKind, msg: Any) -> None:
         read = read_table if kind is InputKind.TABLE_STATE else read_demonstration

@@ -12,6 +12,9 @@
 | Table 1: the modes | `Mode`, `choose` |
 | future work: several actions per goal | `plan`, `spread` |
 | future work: choice of the next trial | `information_gain`, `shared_prior` |
+| goals over all objects, while they are shown | `JointGoals`, `Attempt`, `Watcher`, `GoalTest` |
+| an object without trials | `Prior`, `StructuredPrior` |
+| asking by cost, or so that a promise is kept | `choose_by_cost`, `cost_plan`, `Promise` |
 | batches of objects or models | `posterior_table`, `direct_policy`, `plan`, `spread` |
 | many states, sparse | `SparseGoalModel` |
 
@@ -25,6 +28,8 @@
 from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, choose
 from likeme_inference.tabletop.active_exploration import help_rate, information_gain
+from likeme_inference.tabletop.attempts import Attempt, Stopped
+from likeme_inference.tabletop.cost_planning import Costs, choose_by_cost, cost_plan
 from likeme_inference.tabletop.dirichlet import (
     CONCENTRATION,
     aimed_prior,
@@ -42,31 +47,48 @@ from likeme_inference.tabletop.goal_inference import (
     posterior_table,
 )
 from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.goal_test import GoalTest
+from likeme_inference.tabletop.joint_goals import JointGoals
+from likeme_inference.tabletop.joint_watcher import Watcher
 from likeme_inference.tabletop.model_file import load, save, shipped
 from likeme_inference.tabletop.planning import Plan, plan, spread
+from likeme_inference.tabletop.prior import Prior
+from likeme_inference.tabletop.promise import Promise
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
 from likeme_inference.tabletop.sparse import SparseGoalModel
+from likeme_inference.tabletop.structured_prior import StructuredPrior
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
 
 __all__ = [
     'CONCENTRATION',
     'TABLETOP',
     'Action',
+    'Attempt',
     'Choice',
+    'Costs',
     'Domain',
     'GoalModel',
+    'GoalTest',
+    'JointGoals',
     'Kind',
     'Manner',
     'Mode',
     'Plan',
     'Policy',
+    'Prior',
+    'Promise',
     'RobotModel',
     'SparseGoalModel',
     'State',
+    'Stopped',
+    'StructuredPrior',
     'TransitionModel',
     'TrialCounts',
+    'Watcher',
     'aimed_prior',
     'choose',
+    'choose_by_cost',
+    'cost_plan',
     'credible_interval',
     'direct_policy',
     'domain_of',

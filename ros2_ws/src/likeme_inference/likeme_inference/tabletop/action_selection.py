@@ -97,29 +97,67 @@ def choose(
         raise ValueError(f'Expected a threshold from 0 to 1, got {threshold}.')
     if mode is Mode.TRAJECTORY and demonstrated is None:
         raise ValueError('Expected the demonstrated action to repeat, got None.')
-    posterior, success = model.policy[x_i, goal], model.success(x_i, goal).tolist()
-    planned = _plan(model, x_i, goal, actions_left if mode is Mode.SEQUENTIAL else 1)
-
-    def chosen(kind: Kind, action: int | None = None, predicted: tuple[float, ...] = ()) -> Choice:
-        return Choice(
-            kind, action, tuple(posterior.tolist()), tuple(success), predicted,
-            math.nan if action is None else success[action],
-            planned.left, planned.success, planned.value,
-        )  # fmt: skip
-
-    if model.goals[goal, x_i]:
-        return chosen(Kind.AT_GOAL)
-    action, hopeless = demonstrated, bool(model.stuck[x_i])
+    left = actions_left if mode is Mode.SEQUENTIAL else 1
+    known: _Options = model.answers.get(
+        (_Options, x_i, goal, left), lambda: _options(model, x_i, goal, left)
+    )
+    nothing = known.choice
+    if nothing.kind is Kind.AT_GOAL:
+        return nothing
+    action, hopeless = demonstrated, known.stuck
     if mode is not Mode.TRAJECTORY or action is None:
-        action, hopeless = map_index(posterior, model.aimed(goal)), planned.value <= 0
-        if mode is Mode.SEQUENTIAL and not hopeless:
-            action = planned.first
-    may_ask = mode in (Mode.INTERACTIVE, Mode.SEQUENTIAL)
+        hopeless = nothing.plan_value <= 0
+        action = known.first if mode is Mode.SEQUENTIAL and not hopeless else known.best
+    may_ask = mode is Mode.INTERACTIVE or mode is Mode.SEQUENTIAL
     if hopeless and not may_ask:
-        return chosen(Kind.NO_ACTION)
-    sure = planned.value if mode is Mode.SEQUENTIAL else success[action]
+        return nothing
+    success = nothing.success_probability[action]
+    sure = nothing.plan_value if mode is Mode.SEQUENTIAL else success
     kind = Kind.ASK_HUMAN if may_ask and (hopeless or asks(sure, threshold)) else Kind.EXECUTE
-    return chosen(kind, action, tuple(model.transition[x_i, action].tolist()))
+    return Choice(
+        kind, action, nothing.action_probability, nothing.success_probability,
+        known.predicted[action], success,
+        nothing.actions_left, nothing.plan_success, nothing.plan_value,
+    )  # fmt: skip
+
+
+class _Options(NamedTuple):
+    """What there is to choose from for a goal, in one state.
+
+    Attributes:
+        choice: to do nothing, because the object is at the goal (AT_GOAL) or else (NO_ACTION).
+        best: the MAP action. first: that of the best plan.
+        predicted: P(X_f | x_i, a) of every action.
+        stuck: whether the object is out of reach.
+    """
+
+    choice: Choice
+    best: int
+    first: int
+    predicted: tuple[tuple[float, ...], ...]
+    stuck: bool
+
+
+def _options(model: GoalModel, x_i: int, goal: int, left: int) -> _Options:
+    posterior, planned = model.policy[x_i, goal].tolist(), _plan(model, x_i, goal, left)
+    choice = Choice(
+        Kind.AT_GOAL if model.goals[goal, x_i] else Kind.NO_ACTION,
+        None,
+        tuple(posterior),
+        tuple(model.success(x_i, goal).tolist()),
+        (),
+        math.nan,
+        planned.left,
+        planned.success,
+        planned.value,
+    )
+    return _Options(
+        choice,
+        map_index(posterior, model.aimed(goal)),
+        planned.first,
+        tuple(tuple(row) for row in model.transition[x_i].tolist()),
+        bool(model.stuck[x_i]),
+    )
 
 
 class _Planned(NamedTuple):

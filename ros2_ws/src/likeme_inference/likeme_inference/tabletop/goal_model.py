@@ -5,14 +5,17 @@ Evidence on a state is known or soft, and may be a batch: see evidence.py.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from likeme_inference.tabletop import planning
 from likeme_inference.tabletop.arrays import BoolArray, FloatArray
+from likeme_inference.tabletop.bounded_cache import BoundedCache
 from likeme_inference.tabletop.checks import number, numbers, sums_to_one, table
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.evidence import evidence, known, weighed
@@ -28,6 +31,8 @@ from likeme_inference.tabletop.goal_inference import (
 from likeme_inference.tabletop.planning import Plan
 from likeme_inference.tabletop.transition_model import TransitionModel
 
+#: Answers that are kept of one model: all of a table's, and of larger worlds the latest.
+ANSWERS_KEPT = 4096
 #: The arrays of a GoalModel, by name.
 TABLES = ('transition', 'goals', 'policy', 'prior', 'demonstrator', 'demonstrator_policy')
 
@@ -47,6 +52,7 @@ class GoalModel:
             differ from the robot's. "Like me" is the robot's own.
         demonstrator_policy: P(A | G, X_i) of the demonstrator, shape [x_i, g, a'].
         domain: names, ties and states out of reach; None: no names, and no state is out of reach.
+        possible: which actions can be taken at present, shape [x_i, a]; None: all of them.
     """
 
     transition: FloatArray
@@ -56,6 +62,7 @@ class GoalModel:
     demonstrator: FloatArray
     demonstrator_policy: FloatArray
     domain: Domain | None = None
+    possible: BoolArray | None = None
 
     def __post_init__(self) -> None:
         for name in TABLES:
@@ -129,6 +136,21 @@ class GoalModel:
             domain,
         )
 
+    def without(self, x_i: int, actions: Collection[int]) -> GoalModel:
+        """The model in which these actions cannot be taken from x_i: they leave an object there.
+
+        What is known of the demonstrator stays, and with it every goal posterior.
+        """
+        x_i, blocked = number('x_i', x_i, len(self.transition)), list(actions)
+        transition, policy = self.transition.copy(), self.policy.copy()
+        transition[x_i, blocked] = np.eye(len(transition))[x_i]
+        policy[x_i, :, blocked] = 0.0
+        possible = np.ones(transition.shape[:2], dtype=bool)
+        possible[x_i, blocked] = False
+        return replace(
+            self, transition=transition, policy=normalised(policy, 0.0), possible=possible
+        )
+
     @property
     def stuck(self) -> BoolArray:
         """Which states are out of reach, shape [x]."""
@@ -191,7 +213,15 @@ class GoalModel:
     def plan(self, g: int, actions_left: int) -> Plan:
         """The best plan for a goal; the domain decides ties and reach."""
         goal = self.goals[number('g', g, len(self.goals))] > 0
-        return planning.plan(self.transition, goal, actions_left, self.stuck, self.aimed(g))
+        prefer = self.aimed(g)
+        return planning.plan(
+            self.transition, goal, actions_left, self.stuck, prefer, self.possible
+        )
+
+    @cached_property
+    def answers(self) -> BoundedCache[Any]:
+        """What other modules have worked out from this model, by what it is and its arguments."""
+        return BoundedCache(ANSWERS_KEPT)
 
     @cached_property
     def _reach(self) -> FloatArray:

@@ -43,6 +43,7 @@ def plan(
     actions_left: int,
     stuck: BoolArray | None = None,
     prefer: tuple[int, ...] = (),
+    possible: BoolArray | None = None,
 ) -> Plan:
     """Find the optimal action for every state and number of actions left.
 
@@ -52,6 +53,7 @@ def plan(
         actions_left: the budget, 0 or more.
         stuck: states from which the robot cannot act, shape [x]; None: none.
         prefer: ties go to the first of these actions, else to the lowest number.
+        possible: which actions can be taken at present, shape [x, a]; None: all of them.
 
     Raises:
         ValueError: a negative budget, wrong shapes, or rows that do not sum to 1.
@@ -68,7 +70,7 @@ def plan(
     sums_to_one('transition', transition)
     resting = goal | stuck
     reached = goal.astype(np.float64)
-    found = qualities(transition, reached[None], resting[None], actions_left)
+    found = qualities(transition, reached[None], resting[None], actions_left, possible)
     nothing = np.zeros((*models, states, actions))
     quality = np.stack([nothing, *(each[..., 0, :, :] for each in found)], axis=-3)
     quality[..., 1:, resting, :] = reached[resting, None]
@@ -78,7 +80,11 @@ def plan(
 
 
 def qualities(
-    transition: FloatArray, goals: FloatArray, resting: BoolArray, budget: int
+    transition: FloatArray,
+    goals: FloatArray,
+    resting: BoolArray,
+    budget: int,
+    possible: BoolArray | None = None,
 ) -> list[FloatArray]:
     """Q_k(g, x, a) of all goals at once: P(g reached) with k actions left, the first being a.
 
@@ -87,6 +93,7 @@ def qualities(
         goals: which states fulfil which goal, shape [g, x].
         resting: where a goal is reached or the object is out of reach, shape [g, x].
         budget: the greatest k.
+        possible: see `plan`; the quality of other actions is 0.
 
     Returns:
         For k from 1 to the budget, each of shape [..., g, x, a]; not meaningful at rest.
@@ -97,6 +104,8 @@ def qualities(
     found: list[FloatArray] = []
     for _ in range(budget):
         quality = (flat @ np.swapaxes(value, -1, -2)).reshape(*models, states, actions, -1)
+        if possible is not None:
+            quality = np.where(possible[..., None], quality, 0.0)
         found.append(np.moveaxis(quality, -1, -3))
         value = np.where(resting, goals, found[-1].max(axis=-1))
     return found

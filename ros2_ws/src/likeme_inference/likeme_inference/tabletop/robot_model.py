@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_inference.tabletop.arrays import FloatArray
+from likeme_inference.tabletop.bounded_cache import BoundedCache
 from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.finite_domain import Domain
 from likeme_inference.tabletop.goal_model import GoalModel
-from likeme_inference.tabletop.shared_prior import fit_weights, shared_prior
+from likeme_inference.tabletop.object_priors import Borrowed, ObjectPriors
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.transition_model import TransitionModel
 
 #: Goal models that are kept for the next call. A decision needs one per object; others belong to
@@ -56,8 +57,11 @@ class RobotModel:
     rows: tuple[TrialCounts, ...]
     domain: Domain = TABLETOP
     left_out: tuple[str, ...] = ()
-    _goal_models: dict[Hashable, GoalModel] = field(
-        default_factory=dict, init=False, repr=False, compare=False
+    _goal_models: BoundedCache[GoalModel] = field(
+        default_factory=lambda: BoundedCache(GOAL_MODELS_KEPT),
+        init=False,
+        repr=False,
+        compare=False,
     )
 
     def __post_init__(self) -> None:
@@ -121,33 +125,42 @@ class RobotModel:
         return self.objects[name]
 
     def counted(
-        self, name: str, concentration: float = 0.0, shared: bool = False
+        self, name: str, concentration: float = 0.0, prior: Prior = Prior.OWN
     ) -> TransitionModel:
         """The transition model of one object with a prior; of an untried one, the prior's mean.
 
         Args:
             name: of the object.
-            concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood.
-            shared: use the prior fitted to the trials of all objects instead.
+            concentration: Dirichlet pseudo-count of every final state with Prior.OWN; 0: maximum
+                likelihood.
+            prior: OWN, or one fitted to the trials of all objects.
 
         Raises:
-            ValueError: an object without trials and no prior; a shared prior of actions that aim
+            ValueError: an object without trials and no prior; a fitted prior of actions that aim
                 at no state.
         """
-        untried = name not in self.objects and (shared or concentration > 0)
+        fitted = Prior(prior) is not Prior.OWN
+        untried = name not in self.objects and (fitted or concentration > 0)
         counts = np.zeros(self.domain.shape, int) if untried else self.model_of(name).counts
-        prior = self._shared_prior[None if untried else name] if shared else concentration
-        return TransitionModel(counts, prior)
+        if fitted:
+            known = None if untried else name
+            return TransitionModel(counts, self._priors.pseudo_counts(prior, known))
+        return TransitionModel(counts, concentration)
+
+    def borrowed(self, name: str, x_i: int, a: int, prior: Prior) -> Borrowed:
+        """How many trials of which objects the prior of a pair is worth; none with Prior.OWN.
+
+        Raises:
+            ValueError: actions that aim at no state.
+        """
+        if Prior(prior) is Prior.OWN:
+            return ()
+        known = name if name in self.objects else None
+        return self._priors.borrowed(prior, known, x_i, a)
 
     @cached_property
-    def _shared_prior(self) -> Mapping[str | None, FloatArray]:
-        """Object -> the pseudo-counts of shared_prior.py, shape [x_i, a, x_f]; None: untried."""
-        aims = self.domain.state_aims
-        counts = np.array([known.counts for known in self.objects.values()], dtype=np.float64)
-        weights = fit_weights(counts, aims, rounds=3)
-        with_untried = np.concatenate([counts, np.zeros((1, *self.domain.shape))])
-        prior = shared_prior(with_untried, weights, aims)
-        return dict(zip([*self.objects, None], prior, strict=True))
+    def _priors(self) -> ObjectPriors:
+        return ObjectPriors(self.objects, self.domain)
 
     def goal_model(
         self,
@@ -155,7 +168,7 @@ class RobotModel:
         goal_prior: Sequence[float] | None = None,
         policy: Policy = Policy.DIRECT,
         concentration: float = 0.0,
-        shared: bool = False,
+        prior: Prior = Prior.OWN,
     ) -> GoalModel:
         """The goal model of one object; the latest GOAL_MODELS_KEPT are cached.
 
@@ -163,19 +176,18 @@ class RobotModel:
             name: of the object.
             goal_prior: P(G), shape [g]; None: uniform.
             policy: which of the paper's two variants.
-            concentration: Dirichlet pseudo-count of every final state; 0: maximum likelihood.
-            shared: see `counted`.
+            concentration: see `counted`.
+            prior: see `counted`.
 
         Raises:
             ValueError: see `counted`; an unknown policy or an invalid prior.
         """
         policy = Policy(policy)
         goal_prior = None if goal_prior is None else tuple(goal_prior)
-        key = name, goal_prior, policy, concentration, shared
-        if key not in self._goal_models:
-            if len(self._goal_models) == GOAL_MODELS_KEPT:
-                self._goal_models.pop(next(iter(self._goal_models)))
-            self._goal_models[key] = GoalModel.of(
-                self.counted(name, concentration, shared), self.domain, goal_prior, policy=policy
-            )
-        return self._goal_models[key]
+        key = name, goal_prior, policy, concentration, Prior(prior)
+        return self._goal_models.get(
+            key,
+            lambda: GoalModel.of(
+                self.counted(name, concentration, prior), self.domain, goal_prior, policy=policy
+            ),
+        )
