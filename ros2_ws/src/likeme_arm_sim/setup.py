@@ -54,6 +54,7 @@ setup(
     entry_points={
         'console_scripts': [
             'arm_driver_node = likeme_arm_sim.arm_driver_node:main',
+            'robot_stand_in_node = likeme_arm_sim.robot_stand_in_node:main',
         ],
     },
 )

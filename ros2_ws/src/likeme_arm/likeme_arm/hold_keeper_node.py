@@ -83,7 +83,8 @@ class HoldKeeperNode(Node):
 
     def _on_hold(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         before = self._latch.state
-        self._hold('cell/hold', 'held')
+        # The service does not say who calls it, and does not hide who held before.
+        self._hold(before.by if before.held else 'cell/hold', 'held')
         response.success = True
         response.message = 'The cell was held already.' if before.held else 'The cell is held.'
         if self._latch.problem:
@@ -105,13 +106,16 @@ class HoldKeeperNode(Node):
         return response
 
     def _hold(self, by: str, reason: str) -> None:
-        self._tell(self._latch.hold(by, reason))
+        before = self._latch.state
+        # A stop that is repeated until it is confirmed is a change each time, and told once.
+        self._tell(self._latch.hold(by, reason), (before.held, before.by) != (True, by))
 
-    def _tell(self, change: HoldChange) -> None:
+    def _tell(self, change: HoldChange, logged: bool = True) -> None:
         self._publish_state()
         self._changes_pub.publish(self._message(change))
-        verb = 'Held' if change.held else 'Resumed'
-        self.get_logger().info(f'{verb} by {change.by}.')
+        if logged:
+            verb = 'Held' if change.held else 'Resumed'
+            self.get_logger().info(f'{verb} by {change.by}.')
 
     def _publish_state(self) -> None:
         self._state_pub.publish(self._message(self._latch.state))

@@ -86,6 +86,12 @@ class HoldMonitor:
             return Block.UNHEARD if silent else None
 
     @property
+    def change(self) -> int:
+        """Number of the last hold or resume that was heard: tells of a hold that is over."""
+        with self._lock:
+            return self._change
+
+    @property
     def unconfirmed(self) -> bool:
         """Whether a stop has not been taken over by the keeper yet."""
         return self._stopped

@@ -42,6 +42,10 @@ class PerceivedObjects:
         """The object's last view; None if it was never seen or the table state is too old."""
         return self._last[1].get(name) if self.age(now) <= self._timeout else None
 
+    def others(self, name: str) -> dict[str, ObjectView]:
+        """The last views but that of `name`, whatever their age: what to stay clear of."""
+        return {other: view for other, view in self._last[1].items() if other != name}
+
     def age(self, now: int) -> float:
         """Age of the last table state, s; infinite if there is none."""
         stamp = self._last[0]

@@ -6,59 +6,28 @@ They know objects only as perception reports them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from likeme_arm.motion import Motion, ObjectView, PrimitiveResult, ViewOf
+from likeme_arm.free_space import TABLE_MARGIN, FreeSpace
+from likeme_arm.free_ways import FreeWays, Line, NotFreeError, Place
+from likeme_arm.motion import (
+    Motion,
+    ObjectView,
+    OthersOf,
+    PrimitiveResult,
+    UnsafeMotionError,
+    ViewOf,
+    no_others,
+)
+from likeme_arm.primitive_poses import PrimitiveSettings, release_pose
 from likeme_arm.tool_pose import NoSolutionError, ToolPose, wrap_half_turn
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.table import Table
 from likeme_core.tabletop import Action, State
 from likeme_core.world import World
-from likeme_core.world.values import Heading, PushTarget
-
-
-@dataclass(frozen=True, kw_only=True)
-class PrimitiveSettings:
-    """Parameters of the primitives: heights above the table and distances m, speeds m/s.
-
-    Attributes:
-        clear_height: above everything on the table.
-        grasp_height, release_height: of the grasp point when the fingers close and open.
-        carry_height: over the table.
-        drop_height: above the table's height, past its edge.
-        push_height: of the grasp point while pushing.
-        push_gap: between the fingers while pushing.
-        push_start: behind the perceived centroid.
-        push_past: how much further, once the object is seen in the target state.
-        back_off: away from the pushed object before lifting.
-        fast: speed through free space.
-        gentle: speed near objects.
-        push_speed: speed in contact.
-    """
-
-    clear_height: float = 0.17
-    grasp_height: float
-    release_height: float
-    carry_height: float = 0.14
-    drop_height: float = 0.05
-    push_height: float = 0.016
-    push_gap: float
-    push_start: float = 0.085
-    push_past: float
-    back_off: float = 0.03
-    fast: float = 0.45
-    gentle: float = 0.14
-    push_speed: float = 0.13
-
 
 # Height of an empty gripper's grasp point above which it touches nothing on the table, m.
 FREE_HEIGHT = 0.09
-# Least length of a push in contact, m.
-LEAST_PUSH = 0.05
-# A centroid further than this outside the table top is not that of an object on it, m.
-TABLE_MARGIN = 0.05
 NOTHING_GRASPED = 'the fingers closed on nothing'
 DROPPED = 'the object slipped from the fingers while it was lifted'
 
@@ -70,8 +39,9 @@ def place(
     view: ObjectView,
     action: Action,
     s: PrimitiveSettings,
+    spot: Place,
 ) -> PrimitiveResult:
-    """Grasp across the minor axis above the perceived centroid, carry to the target, release."""
+    """Grasp across the minor axis above the perceived centroid, carry to `spot`, release."""
     above = ToolPose(view.x, view.y, s.clear_height, wrap_half_turn(view.yaw))
     motion.open_gripper()
     motion.reach(above)
@@ -87,14 +57,13 @@ def place(
         motion.move_home()
         reason = DROPPED if grasped else NOTHING_GRASPED
         return PrimitiveResult(MotionOutcome.NOT_GRASPED, f'The {name} was not grasped: {reason}.')
-    return _carry(motion, world, name, above, action, s)
+    return _carry(motion, name, release_pose(world, above, action, s, spot), action, s)
 
 
 def _carry(
-    motion: Motion, world: World, name: str, above: ToolPose, action: Action, s: PrimitiveSettings
+    motion: Motion, name: str, spot: ToolPose, action: Action, s: PrimitiveSettings
 ) -> PrimitiveResult:
     target = action.target.name
-    spot = release_pose(world, above, action, s)
     motion.move_to(spot.lifted_to(max(s.carry_height, spot.z)), s.fast)
     if not motion.holding():
         motion.open_gripper()
@@ -110,28 +79,21 @@ def _carry(
     return PrimitiveResult(MotionOutcome.COMPLETED, f'The {name} was {how} at {target}.')
 
 
-def release_pose(world: World, held: ToolPose, action: Action, s: PrimitiveSettings) -> ToolPose:
-    """Where a held object is released: the region's place, on the table or past its edge."""
-    x, y = world.region(action.target).place
-    low = s.release_height if world.table.top.contains(x, y) else s.drop_height
-    return held._replace(x=x, y=y, z=action.manner.handling.fall or low)
-
-
 def push(
     motion: Motion,
     look: ViewOf,
-    world: World,
     name: str,
     view: ObjectView,
     target: State,
     s: PrimitiveSettings,
+    line: Line,
 ) -> PrimitiveResult:
-    """From behind the perceived centroid, push until the perceived state becomes `target`.
+    """Along a line, from behind the object, until its perceived state becomes `target`.
 
     Raises:
         NoSolutionError: inverse kinematics found no solution before that.
     """
-    start, end = push_line(world, view, target, s)
+    start, end = line
     motion.open_gripper(s.push_gap)
     motion.reach(start.lifted_to(s.clear_height))
     # Keep the yaw that `reach` chose: turned by pi, the same broad side pushes.
@@ -161,51 +123,6 @@ def push(
     )
 
 
-def push_line(
-    world: World, view: ObjectView, target: State, s: PrimitiveSettings
-) -> tuple[ToolPose, ToolPose]:
-    """Start and end of the gripper's line, its broad side across the direction of the push.
-
-    The end is where the object would lie at the region's aim; for elsewhere, where the line
-    leaves the work area. The gripper may occlude the object, so seeing it in the target state
-    cannot be the only end of a push.
-    """
-    region = world.region(target)
-    heading = push_heading(region.push, view)
-    along = np.array([heading.x, heading.y])
-    x, y = map(float, np.array([view.x, view.y]) - s.push_start * along)
-    start = ToolPose(x, y, s.push_height, wrap_half_turn(heading.yaw))
-    if region.area is None:
-        area = world.regions.work_area
-        length = min(
-            _distance(x, heading.x, area.x_min, area.x_max),
-            _distance(y, heading.y, area.y_min, area.y_max),
-        )
-        x, y = map(float, start.position[:2] + length * along)
-    else:
-        begin = float(along @ start.position[:2])
-        middle = float(along @ region.push.aim) - s.push_start / 2
-        beside = start.position[:2] - begin * along
-        x, y = map(float, beside + max(middle, begin + LEAST_PUSH) * along)
-    return start, start._replace(x=x, y=y)
-
-
-def push_heading(push: PushTarget, view: ObjectView) -> Heading:
-    """The heading nearest to the way from an object to the aim; without any, that way."""
-    x, y = push.aim[0] - view.x, push.aim[1] - view.y
-    if push.headings:
-        return max(push.headings, key=lambda heading: heading.x * x + heading.y * y)
-    length = max(float(np.hypot(x, y)), 1e-9)
-    return Heading(x / length, y / length, float(np.arctan2(y, x)))
-
-
-def _distance(start: float, step: float, low: float, high: float) -> float:
-    """How far one may go from `start` with `step` a metre until a border is reached, m."""
-    if step == 0.0:
-        return float('inf')
-    return max(((high if step > 0 else low) - start) / step, 0.0)
-
-
 def _advanced(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
     """A pose `distance` further towards the end of a line, at most its end."""
     rest = end.position - tool.position
@@ -215,24 +132,50 @@ def _advanced(tool: ToolPose, end: ToolPose, distance: float) -> ToolPose:
 
 
 def execute_action(
-    motion: Motion, look: ViewOf, world: World, name: str, action: Action, s: PrimitiveSettings
+    motion: Motion,
+    look: ViewOf,
+    world: World,
+    name: str,
+    action: Action,
+    s: PrimitiveSettings,
+    others: OthersOf = no_others,
 ) -> PrimitiveResult:
-    """Execute an action on an object where it is perceived now."""
+    """Execute an action on an object where it is perceived now, clear of the `others`."""
     view = look(name)
     refused = check_target(world, name, view)
     if refused is not None:
         return refused
     assert view is not None, 'An object that was never seen is refused.'
-    grasped = action.manner.handling.grasped
+    ways = FreeWays(motion, world, name, view, s, FreeSpace(world.table, others(name)))
     try:
-        if grasped:
-            return place(motion, world, name, view, action, s)
-        return push(motion, look, world, name, view, action.target, s)
+        if action.manner.handling.grasped:
+            return place(motion, world, name, view, action, s, ways.place(action))
+        return push(motion, look, name, view, action.target, s, ways.push(action.target))
+    except NotFreeError as error:
+        return PrimitiveResult(MotionOutcome.NOT_FREE, str(error))
     except NoSolutionError as error:
         retreat(motion, world.table, s)
         verb = action.manner.name.lower()
         reason = f'The arm does not reach far enough to {verb} the {name}. {error}'
         return PrimitiveResult(MotionOutcome.NO_IK_SOLUTION, reason)
+    except UnsafeMotionError as error:
+        retreat(motion, world.table, s)
+        verb = action.manner.name.lower()
+        reason = f'The arm did not {verb} the {name}: a motion was not safe. {error}'
+        return PrimitiveResult(MotionOutcome.FAILED, reason)
+
+
+def check_names(world: World, name: str, action: int | str) -> PrimitiveResult | None:
+    """A refusal if the world has no such object or action, else None."""
+    if name not in world.objects:
+        known = ', '.join(world.objects)
+        reason = f"Expected one of {known}, got '{name}'."
+        return PrimitiveResult(MotionOutcome.UNKNOWN_OBJECT, reason)
+    try:
+        world.action(action)
+    except ValueError as error:
+        return PrimitiveResult(MotionOutcome.UNKNOWN_ACTION, str(error))
+    return None
 
 
 def check_target(world: World, name: str, view: ObjectView | None) -> PrimitiveResult | None:
@@ -269,7 +212,7 @@ def retreat(motion: Motion, table: Table, s: PrimitiveSettings) -> None:
         # A little towards the base: at the limit of its reach the arm cannot move straight up.
         back = here._replace(x=0.98 * here.x, y=0.98 * here.y)
         motion.move_to(back.lifted_to(max(here.z, s.clear_height)), s.gentle * 2)
-    except NoSolutionError:
+    except (NoSolutionError, UnsafeMotionError):
         # At the limit of its reach the arm cannot follow a line, but can still move its joints.
         pass
     motion.move_home()

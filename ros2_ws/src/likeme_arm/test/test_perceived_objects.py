@@ -40,3 +40,12 @@ def test_a_table_state_from_the_future_is_refused() -> None:
     with pytest.raises(ValueError, match=r'got one from 3600\.0 s later: the clocks'):
         perceived.update(3605 * SECOND, {'pear': PEAR}, 5 * SECOND)
     assert perceived.view('pear', 9 * SECOND) is None
+
+
+def test_the_others_are_known_whatever_their_age() -> None:
+    perceived = PerceivedObjects(timeout=2.0)
+    assert perceived.others('pear') == {}
+    perceived.update(5 * SECOND, {'pear': PEAR, 'unknown object 1': PEAR}, 5 * SECOND)
+    assert perceived.others('pear') == {'unknown object 1': PEAR}
+    assert perceived.view('pear', 60 * SECOND) is None
+    assert perceived.others('lemon') == {'pear': PEAR, 'unknown object 1': PEAR}

@@ -120,6 +120,14 @@ class Arm:
         self.phase = 'reach'
         self._move_joints(self._kinematics.nearest(pose, self._kinematics.guess(pose)))
 
+    def reachable(self, pose: ToolPose) -> bool:
+        """Whether inverse kinematics finds a solution for a pose."""
+        try:
+            self._kinematics.nearest(pose, self._kinematics.guess(pose))
+        except NoSolutionError:
+            return False
+        return True
+
     def move_to(
         self,
         pose: ToolPose,

@@ -3,54 +3,37 @@
 from __future__ import annotations
 
 import sys
-import traceback
+from typing import Any
 
 import cv2
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
-from likeme_arm.hold_monitor import Block, HoldMonitor
-from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
-from likeme_arm.ros.hold_topics import HoldTopics
-from likeme_arm_sim import messages
+from likeme_arm.motion_driver_node import MotionDriverNode
+from likeme_arm.motion_journal import JournalError
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.node_settings import (
     SETTINGS,
     cell_settings,
     check_real_time_factor,
+    sheets_on_table,
     simulation_settings,
 )
 from likeme_arm_sim.ros.arm_model import ArmModel
 from likeme_arm_sim.ros.arm_topics import ArmTopics
 from likeme_arm_sim.ros.camera_publisher import CameraPublisher
-from likeme_arm_sim.ros.motion_action import MotionAction
-from likeme_arm_sim.ros.motion_service import SERVICES, MotionService
 from likeme_arm_sim.ros.reset_service import ResetService
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
 from likeme_arm_sim.simulation_driver import SimulationDriver
-from likeme_core.heartbeats import NodeState
 from likeme_core.outcomes import Actor
-from likeme_core.ros import parameters
-from likeme_core.ros.diagnostics import DiagnosticsPublisher
-from likeme_core.ros.heartbeat import HeartbeatPublisher
-from likeme_core.ros.other_servers import other_servers
-from likeme_core.ros.qos import kept
 from likeme_core.ros.spin import run_node
-from likeme_core.ros.state_folder import state_folder_of
-from likeme_core.ros.time import steady_clock, time_msg
-from likeme_core.ros.world import WorldPublisher, declare_world
-from likeme_msgs.msg import Motion
+from likeme_core.ros.time import time_msg
 
 STEPS_PER_CLOCK = 4
-#: Motions that late subscribers of `motion` receive.
-MOTIONS_KEPT = 100
-#: s between log lines about failed simulation steps.
-ERROR_PERIOD = 5.0
 
 
-class ArmDriverNode(Node):
+class ArmDriverNode(MotionDriverNode):
     """One simulated cell behind ROS interfaces; `simulate` says which of its parts.
 
     Publishes:
@@ -80,58 +63,37 @@ class ArmDriverNode(Node):
     rate, simulated time slows down: no frame is skipped.
     """
 
+    _driver: SimulationDriver
+    _hardware = 'simulated cell'
+    _error_prefix = 'Simulation step failed: '
+
     def __init__(self) -> None:
-        super().__init__('arm_driver')
-        self._world = declare_world(self)
-        parameters.declare(self, SETTINGS)
-        values = parameters.values(self, SETTINGS)
+        super().__init__(SETTINGS)
+        values = self._values
         parts, settings = simulated_parts(values['simulate']), simulation_settings(values)
         self._wall_time = settings.wall_time
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
 
         seed, arm_visible = values['seed'], SimulatedPart.ARM in parts
-        self._hold = HoldMonitor(values['hold_timeout'])
         self._cell = Cell(
             self._world, seed, cell_settings(values, self._world), arm_visible,
-            lambda: self._hold.block,
+            lambda: self._hold.block, sheets_on_table(values['calibration_board']),
         )  # fmt: skip
-        self._journal = MotionJournal(state_folder_of(self) / 'motions.sqlite')
+        self._journal = self._open_journal()
         self._driver = SimulationDriver(
             self._cell, settings, self._on_step, self._on_error, self._journal, self._on_motion
         )
         self._driver.real_time_factor = values['real_time_factor']
         self._create_interfaces(parts, values['publish_clock'])
-        self._world_pub = WorldPublisher(self, self._world)
-        self._hold_topics = HoldTopics(self, self._hold)
-        self._heartbeat = HeartbeatPublisher(self, self._health)
-        for lost in self._journal.lost:
-            self.get_logger().warning(f'{lost.action} of the {lost.object}: {lost.message}')
-            self._on_motion(lost)
-        self._diagnostics = DiagnosticsPublisher(self)
-        self.create_timer(1.0, self._diagnose, clock=steady_clock())
-        self._driver.start()
+        self._start_driver()
         names = ', '.join(part for part in SimulatedPart if part in parts)
         self.get_logger().info(f'The cell is ready, seed {seed}, simulated: {names}.')
-
-    def stop(self) -> None:
-        """Hold a running motion and wait until nothing is being published."""
-        self._driver.stop()
-
-    def destroy_node(self) -> None:
-        """Stop the simulation's thread and destroy the node."""
-        self.stop()
-        self._journal.close()
-        for action in self._actions:
-            action.destroy()
-        super().destroy_node()
 
     def _create_interfaces(self, parts: frozenset[SimulatedPart], publish_clock: bool) -> None:
         arm, camera = SimulatedPart.ARM in parts, SimulatedPart.CAMERA in parts
         actors = [Actor.ROBOT] * arm + [Actor.HUMAN] * (SimulatedPart.PERSON in parts)
-        conflicts = other_servers(self, [SERVICES[actor] for actor in actors])
-        if conflicts:
-            raise ValueError(conflicts[0])
+        self._refuse_second(actors)
         publishes_clock = publish_clock and parts == ALL_PARTS
         self._clock_publisher = (
             self.create_publisher(Clock, '/clock', 10) if publishes_clock else None
@@ -139,11 +101,7 @@ class ArmDriverNode(Node):
         self._camera = CameraPublisher(self, self._cell) if camera else None
         self._arm = ArmTopics(self, self._driver) if arm else None
         self._arm_model = ArmModel(self, self._cell.arm) if arm else None
-        self._motion_pub = self.create_publisher(Motion, 'motion', kept(MOTIONS_KEPT))
-        self._motions = [
-            MotionService(self, self._driver, actor, self._journal) for actor in actors
-        ]
-        self._actions = [MotionAction(self, self._driver, motion) for motion in self._motions]
+        self._serve_motions(actors)
         # Served with the part that it is about, so that a real one can serve it instead.
         self._reset = ResetService(self, self._driver) if camera else None
 
@@ -177,31 +135,11 @@ class ArmDriverNode(Node):
             if self._camera is not None:
                 self._camera.publish(stamp)
 
-    def _on_motion(self, record: MotionRecord) -> None:
-        """When a motion begins and when it has ended, in the simulation's thread."""
-        self._motion_pub.publish(messages.motion_msg(record, self._driver.now))
-
-    def _health(self) -> tuple[NodeState, str]:
-        if self._hold.block is Block.UNHEARD:
-            return NodeState.DEGRADED, Block.UNHEARD.sentence
-        return NodeState.READY, ''
-
-    def _on_error(self, error: Exception) -> None:
-        text = ''.join(traceback.format_exception(error)).strip()
-        self.get_logger().error(
-            f'Simulation step failed: {text}', throttle_duration_sec=ERROR_PERIOD
-        )
-
-    def _diagnose(self) -> None:
-        conflicts = other_servers(self, [motion.name for motion in self._motions])
-        counts = {
+    def _facts(self) -> dict[str, Any]:
+        return {
             'frames': self._camera.frames if self._camera else 0,
-            'motions': sum(motion.motions for motion in self._motions),
-            'refused': sum(motion.refused for motion in self._motions),
             'table_states_dropped': self._arm.dropped if self._arm else 0,
         }
-        message = messages.diagnostics_message(self._driver, counts, conflicts)
-        self._diagnostics.publish(message)
 
 
 def main() -> int:

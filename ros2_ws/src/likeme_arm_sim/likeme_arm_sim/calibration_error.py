@@ -51,6 +51,10 @@ class MiscalibratedMotion:
         """Move to a pose through free space."""
         self._motion.reach(self._true(pose))
 
+    def reachable(self, pose: ToolPose) -> bool:
+        """Whether the arm reaches a pose."""
+        return self._motion.reachable(self._true(pose))
+
     def move_to(
         self,
         pose: ToolPose,

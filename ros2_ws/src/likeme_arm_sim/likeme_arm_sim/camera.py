@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from likeme_arm_sim.arm import Arm
@@ -11,13 +13,16 @@ from likeme_arm_sim.kinect import Kinect, RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
 from likeme_arm_sim.panda_meshes import panda_links
 from likeme_arm_sim.physics_world import PhysicsWorld
-from likeme_arm_sim.renderer import MeshRenderer, RenderBody
+from likeme_arm_sim.renderer import MeshRenderer, PaintedPlane, RenderBody
 from likeme_arm_sim.toys import toys_of
 from likeme_core.world import World
 
 
 class CellCamera:
-    """The camera of one cell; `arm` is None if the arm is not drawn."""
+    """The camera of one cell.
+
+    arm: None if it is not drawn. lying: sheets on the table.
+    """
 
     def __init__(
         self,
@@ -27,11 +32,12 @@ class CellCamera:
         hand: HumanHand,
         noise: KinectNoise | None,
         seed: int,
+        lying: Sequence[PaintedPlane] = (),
     ) -> None:
         self._physics_world, self._arm, self._hand = physics_world, arm, hand
         self._toys = {name: toy.parts for name, toy in toys_of(world).items()}
         self._links = panda_links()
-        self._renderer = MeshRenderer(world.camera, cell_background(world.table))
+        self._renderer = MeshRenderer(world.camera, (*cell_background(world.table), *lying))
         self._kinect = Kinect(world.camera, noise, seed)
 
     def restart(self, seed: int) -> None:

@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from likeme_arm.hold_monitor import Block
-from likeme_arm.motion import ObjectView, PrimitiveResult, ViewOf
-from likeme_arm.primitives import PrimitiveSettings, check_target, execute_action, retreat
+from likeme_arm.motion import ObjectView, OthersOf, PrimitiveResult, ViewOf, no_others
+from likeme_arm.primitive_poses import PrimitiveSettings
+from likeme_arm.primitives import check_names, check_target, execute_action, retreat
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.calibration_error import MiscalibratedMotion, draw_calibration_offset
 from likeme_arm_sim.camera import CellCamera
@@ -23,6 +24,7 @@ from likeme_arm_sim.layout import Placement, checked_states, draw_layout
 from likeme_arm_sim.motion_control import MotionController, OnTick
 from likeme_arm_sim.physics import Physics, fitted_primitives
 from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld
+from likeme_arm_sim.renderer import PaintedPlane
 from likeme_arm_sim.simulated_person import PersonSettings, SimulatedPerson
 from likeme_arm_sim.toys import toys_of
 from likeme_core.outcomes import Actor, MotionOutcome
@@ -74,6 +76,7 @@ class Cell:
         settings: CellSettings | None = None,
         arm_visible: bool = True,
         block: Callable[[], Block | None] = lambda: None,
+        lying: Sequence[PaintedPlane] = (),
     ) -> None:
         """Build the cell.
 
@@ -83,6 +86,7 @@ class Cell:
             settings: None: the defaults.
             arm_visible: whether the camera sees the arm; a real one stands elsewhere.
             block: why nothing may move, see MotionController.
+            lying: sheets on the table that the camera sees.
         """
         self.world, self.settings = world, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
@@ -96,7 +100,7 @@ class Cell:
         self.hand = HumanHand(self.physics_world, tick)
         person = PersonSettings(speed=self.settings.human_speed)
         self._person = SimulatedPerson(self.physics_world, self.hand, world, person)
-        self._camera_seed, self._arm_visible = seed, arm_visible
+        self._camera_seed, self._arm_visible, self._lying = seed, arm_visible, lying
         self._initial_layout = draw_layout(world, self._initial_states(), [], self._rng)
         self._apply_layout(self._initial_layout)
         self._initial_state = self.physics_world.save()
@@ -135,6 +139,8 @@ class Cell:
         on_tick: OnTick | None = None,
         budget: float = np.inf,
         cancelled: Callable[[], bool] = lambda: False,
+        others: OthersOf = no_others,
+        share: float = 1.0,
     ) -> MotionResult:
         """Execute an action on an object; returns when the motion has ended.
 
@@ -146,13 +152,15 @@ class Cell:
             on_tick: called after every physics step of the motion.
             budget: simulated seconds after which the motion is stopped.
             cancelled: whether this motion is to stop, asked at every control step.
+            others: the perceived views of all other objects, of which the robot stays clear.
+            share: of the way, after which the person gives up.
         """
         refused = self._refused(actor, name, action, look)
         if refused is not None:
             return MotionResult(*refused)
         started = self.time
         ending = self._controller.run(
-            lambda: self._act(actor, name, self.world.action(action), look),
+            lambda: self._act(actor, name, self.world.action(action), look, others, share),
             self._halt,
             on_tick,
             budget,
@@ -214,7 +222,7 @@ class Cell:
         """Built on first use: headless trials do not need it."""
         noise, seed = self.settings.noise, self._camera_seed
         arm = self.arm if self._arm_visible else None
-        return CellCamera(self.world, self.physics_world, arm, self.hand, noise, seed)
+        return CellCamera(self.world, self.physics_world, arm, self.hand, noise, seed, self._lying)
 
     def true_states(self) -> dict[str, ObjectView]:
         """The true poses of the objects: for tests and benchmarks, never for a decision."""
@@ -234,32 +242,30 @@ class Cell:
     def _refused(
         self, actor: Actor, name: str, action: int | str, look: ViewOf
     ) -> PrimitiveResult | None:
-        known = ', '.join(self.world.objects)
-        if name not in self.world.objects:
-            return PrimitiveResult(
-                MotionOutcome.UNKNOWN_OBJECT, f"Expected one of {known}, got '{name}'."
-            )
-        try:
-            self.world.action(action)
-        except ValueError as error:
-            return PrimitiveResult(MotionOutcome.UNKNOWN_ACTION, str(error))
+        refused = check_names(self.world, name, action)
+        if refused is not None:
+            return refused
         block = self.block
         if block is not None:
             return PrimitiveResult(MotionOutcome.HELD, block.sentence)
         return check_target(self.world, name, look(name)) if actor is Actor.ROBOT else None
 
-    def _act(self, actor: Actor, name: str, action: Action, look: ViewOf) -> PrimitiveResult:
+    def _act(
+        self, actor: Actor, name: str, action: Action, look: ViewOf, others: OthersOf,
+        share: float,
+    ) -> PrimitiveResult:  # fmt: skip
         self._retract(Actor.ROBOT)
         self._retract(Actor.HUMAN)
         if actor is Actor.HUMAN:
-            return self._person.perform(name, action, self._rng)
+            return self._person.perform(name, action, self._rng, share)
         accuracy = self.settings.physics.arm
         offset, centre = (
             draw_calibration_offset(accuracy, self._arm_rng),
             self.world.regions.work_area.centre,
         )
         arm = MiscalibratedMotion(self.arm, offset, accuracy.skew, centre)
-        return execute_action(arm, look, self.world, name, action, self.settings.primitives)
+        settings = self.settings.primitives
+        return execute_action(arm, look, self.world, name, action, settings, others)
 
     def _retract(self, actor: Actor) -> None:
         if actor is Actor.HUMAN and not self.hand.away:

@@ -63,7 +63,7 @@ class SimulatedPerception:
     def __init__(self, cell: Cell, seed: int, error: PerceptionNoise | None = None) -> None:
         error = error or PerceptionNoise()
         rng = np.random.default_rng([seed, PERCEPTION_STREAM])
-        self._cell = cell
+        self._cell, self._toys = cell, toys_of(cell.world)
         self._shift = rng.normal(0.0, error.noise, 2) + error.bias
         self._turn = float(rng.normal(0.0, error.turn))
 
@@ -75,7 +75,22 @@ class SimulatedPerception:
         fallen = true.state == regions.elsewhere
         seen = regions.elsewhere if fallen else regions.state_of(x, y)
         state = None if self._hidden(true) else seen
-        return ObjectView(x, y, true.yaw + self._turn, state)
+        return ObjectView(x, y, true.yaw + self._turn, state, *self._extents(name, true.yaw))
+
+    def others(self, name: str) -> dict[str, ObjectView]:
+        """The perceived views of all objects but one."""
+        return {other: self.look(other) for other in self._cell.world.objects if other != name}
+
+    def _extents(self, name: str, yaw: float) -> tuple[float, float, float]:
+        """Length and width along and across an axis, and height above the table, m."""
+        pose = self._cell.physics_world.toy_pose(name).matrix()
+        cloud = np.concatenate([part.vertices for part in self._toys[name].parts])
+        x, y, z = pose[:3, :3] @ cloud.T + pose[:3, 3:]
+        along, across = (
+            math.cos(yaw) * x + math.sin(yaw) * y,
+            math.cos(yaw) * y - math.sin(yaw) * x,
+        )
+        return float(np.ptp(along)), float(np.ptp(across)), float(z.max())
 
     def _hidden(self, toy: ObjectView) -> bool:
         """Whether the gripper intersects the ray from the camera to the toy's centre."""

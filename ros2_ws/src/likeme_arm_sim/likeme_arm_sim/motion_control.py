@@ -10,16 +10,10 @@ import numpy as np
 
 from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import PrimitiveResult
+from likeme_arm.motion_stop import KEEPER_PATIENCE, MotionStoppedError, stopped
 from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld
-from likeme_core.outcomes import MotionOutcome
 
 OnTick = Callable[[], None]
-#: s for which a motion waits at rest for a hold keeper that is not heard, before it ends.
-KEEPER_PATIENCE = 2.0
-
-
-class MotionStoppedError(Exception):
-    """The motion was stopped before this control step."""
 
 
 def _never() -> bool:
@@ -92,7 +86,7 @@ class MotionController:
             return motion()
         except MotionStoppedError:
             halt()
-            return self._stopped()
+            return stopped(self._stopped_by, self._cancelled())
         except BaseException:
             # Without it the arm would go on to its last target.
             halt()
@@ -117,18 +111,3 @@ class MotionController:
             self._step()
             time.sleep(TIME_STEP)
         return block
-
-    def _stopped(self) -> PrimitiveResult:
-        block = self._stopped_by
-        if block is None and self._cancelled():
-            message = 'The motion was cancelled before it was complete.'
-            return PrimitiveResult(MotionOutcome.HELD, message)
-        if block is None:
-            message = 'The motion was stopped: its time budget was used up before it was complete.'
-            return PrimitiveResult(MotionOutcome.FAILED, message)
-        why = {
-            Block.HELD: 'The motion was held before it was complete.',
-            Block.STOPPED: 'The motion was stopped before it was complete.',
-            Block.UNHEARD: 'The motion was stopped: the hold keeper was not heard any more.',
-        }
-        return PrimitiveResult(MotionOutcome.HELD, why[block])

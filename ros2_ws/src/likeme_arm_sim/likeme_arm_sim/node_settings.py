@@ -5,9 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from likeme_arm_sim.board_in_cell import board_on_table
 from likeme_arm_sim.cell import CellSettings
+from likeme_arm_sim.renderer import PaintedPlane
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
 from likeme_arm_sim.simulation_driver import SimulationSettings
+from likeme_core.calibration_board import BOARD
 from likeme_core.heartbeats import HOLD_TIMEOUT
 from likeme_core.settings import Setting
 from likeme_core.tabletop import State
@@ -30,6 +35,11 @@ SETTINGS: dict[str, Setting] = {
     'arm_speed': Setting(1.0, "Factor on the arm's speeds.", (0.2, 1.5), read_only=True),
     'human_speed': Setting(1.0, "Factor on the person's speeds.", (0.3, 2.0), read_only=True),
     'camera_rate': Setting(30.0, 'Frames per simulated second.', (1.0, 60.0), read_only=True),
+    'calibration_board': Setting(
+        '',
+        "Calibration board on the table: 'X Y ANGLE' of its middle, m and rad; empty: none.",
+        read_only=True,
+    ),
     'publish_clock': Setting(
         True, 'Publish simulated time on /clock, if every part is simulated.', read_only=True
     ),
@@ -63,6 +73,21 @@ def cell_settings(values: Mapping[str, Any], world: World) -> CellSettings:
         human_speed=values['human_speed'],
         initial_states=initial_states(values['initial_states'], world),
     )
+
+
+def sheets_on_table(board: str) -> tuple[PaintedPlane, ...]:
+    """The calibration board at 'X Y ANGLE', m and rad; empty: nothing.
+
+    Raises:
+        ValueError: the text is neither three finite numbers nor empty.
+    """
+    try:
+        numbers = [float(word) for word in board.split()]
+    except ValueError:
+        numbers = []
+    if board and (len(numbers) != 3 or not np.isfinite(numbers).all()):
+        raise ValueError(f"Expected calibration_board like '0.44 0.0 0.0', got {board!r}.")
+    return (board_on_table(BOARD, *numbers),) if numbers else ()
 
 
 def simulation_settings(values: Mapping[str, Any]) -> SimulationSettings:

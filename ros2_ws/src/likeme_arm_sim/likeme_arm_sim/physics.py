@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from likeme_arm.primitives import PrimitiveSettings
+from likeme_arm.primitive_poses import PrimitiveSettings
 from likeme_arm_sim.fitted_parameters import FITTED, TOY_FIELDS, fitted
 
 

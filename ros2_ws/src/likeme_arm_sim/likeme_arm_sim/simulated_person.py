@@ -60,8 +60,13 @@ class SimulatedPerson:
         self._physics_world, self.hand = physics_world, hand
         self._world, self._table, self._s = world, world.table, settings
 
-    def perform(self, name: str, action: Action, rng: np.random.Generator) -> PrimitiveResult:
-        """Reach in, act and withdraw. Speed and places vary by `rng`."""
+    def perform(
+        self, name: str, action: Action, rng: np.random.Generator, share: float = 1.0
+    ) -> PrimitiveResult:
+        """Reach in, act and withdraw. Speed and places vary by `rng`.
+
+        share: of the way, after which the person gives up and leaves the object there.
+        """
         if not self.hand.away:
             self.withdraw()
         toy = self._physics_world.toy_pose(name).position
@@ -71,11 +76,16 @@ class SimulatedPerson:
             return PrimitiveResult(MotionOutcome.OBJECT_OFFTABLE, reason)
         pace = self._s.speed * float(rng.uniform(0.9, 1.1))
         spot = self._spot(name, action, rng)
+        if share < 1:
+            spot = toy[:2] + share * (spot - toy[:2])
         if handling.grasped:
             self._place(name, spot, pace, handling.fall)
         else:
             self._push(name, spot, pace)
         self._leave(pace)
+        if share < 1:
+            failed = f'The person gave up before the {name} was {action.target.name}.'
+            return PrimitiveResult(MotionOutcome.COMPLETED, failed)
         return PrimitiveResult(
             MotionOutcome.COMPLETED,
             f'The person {handling.past} the {name} to {action.target.name}.',

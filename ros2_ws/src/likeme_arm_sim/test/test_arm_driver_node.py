@@ -28,7 +28,7 @@ from std_srvs.srv import Trigger
 from likeme_core.outcomes import MotionOutcome, ResetOutcome
 from likeme_core.ros.time import stamp_ns, time_msg
 from likeme_msgs.action import ExecuteAction as ExecuteActionAction
-from likeme_msgs.msg import ObjectState, TableState
+from likeme_msgs.msg import ObjectState, TableState, UnknownObject
 from likeme_msgs.srv import ExecuteAction, MotionStatus, ResetCell
 
 pytestmark = pytest.mark.graph
@@ -104,10 +104,14 @@ class Client:
         clocks = self.kept['/clock']
         return stamp_ns(clocks[-1].clock) if clocks else 0
 
-    def show_chicken(self, y: float, frame: str = 'base_link', x: float = 0.44) -> None:
+    def show_chicken(
+        self, y: float, frame: str = 'base_link', x: float = 0.44, unknown: Point | None = None
+    ) -> None:
         stamp = time_msg(self.now)
         chicken = ObjectState(name='chicken', state=1, centroid=Point(x=x, y=y), last_seen=stamp)
         message = TableState(reference_frame=frame, objects=[chicken])
+        if unknown is not None:
+            message.unknown_objects = [UnknownObject(centroid=unknown, height=0.05)]
         message.header.stamp = stamp
         self.table.publish(message)
 
@@ -274,6 +278,16 @@ def test_an_object_off_the_table_is_refused(client: Client, x: float, y: float) 
         said = answer.message
     assert answer.outcome == MotionOutcome.OBJECT_NOT_SEEN
     assert said.startswith('Expected the chicken over the table')
+
+
+def test_a_push_that_would_take_another_object_along_is_refused(client: Client) -> None:
+    answer, deadline = ExecuteAction.Response(message=''), time.monotonic() + 20
+    while 'No way to push' not in answer.message and time.monotonic() < deadline:
+        client.show_chicken(y=-0.2, unknown=Point(x=0.44, y=-0.05))
+        answer = client.act('arm', 'chicken', 'push_left')
+    assert answer.outcome == ExecuteAction.Request.NOT_FREE == MotionOutcome.NOT_FREE
+    assert answer.message.endswith('to LEFT is free: the unknown object 1 is in it.')
+    assert stamp_ns(answer.started) == 0
 
 
 def test_other_frames_are_not_acted_on(client: Client) -> None:

@@ -11,7 +11,7 @@ from likeme_arm.motion import ObjectView, ViewOf
 from likeme_arm.tool_pose import ToolPose
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_arm_sim.fitted_parameters import fitted_values
-from likeme_arm_sim.headless_trial import world_from_parameters
+from likeme_arm_sim.headless_trial import SimulatedPerception, world_from_parameters
 from likeme_arm_sim.physics import (
     ArmAccuracy,
     GripperPhysics,
@@ -112,6 +112,36 @@ def test_pushing_the_chicken_left_mostly_works(as_shipped: Cell) -> None:
         arrived += state(as_shipped, 'chicken') == LEFT
     # The real robot: 9 of 10. Fewer than 6 of 8 would be one chance in 25 at that.
     assert arrived >= 6
+
+
+def test_another_object_in_the_way_of_a_push_stays_where_it_is(cell: Cell) -> None:
+    cell.physics_world.put_toy('chicken', 0.44, -0.16, 0.0, 0.0)
+    cell.physics_world.put_toy('lemon', 0.44, -0.03, 0.0, 0.0)
+    cell.step(0.5)
+    perception = SimulatedPerception(cell, 1)
+    before, began = cell.true_states(), cell.time
+    result = cell.run_action(
+        Actor.ROBOT, 'chicken', PUSH_LEFT, perception.look, others=perception.others
+    )
+    assert result.outcome is MotionOutcome.NOT_FREE
+    assert (result.started, cell.time) == (None, began)
+    assert cell.true_states() == before
+
+
+def test_an_object_is_placed_beside_another_one_without_moving_it(cell: Cell) -> None:
+    x, y = STRAIGHT.region(LEFT).place
+    cell.reset(WORLD.objects, (OFFTABLE, LEFT, RIGHT), 5)
+    cell.physics_world.put_toy('lemon', x, y, 0.0, 0.0)
+    cell.step(0.5)
+    perception = SimulatedPerception(cell, 1)
+    before = cell.physics_world.toy_pose('lemon').position
+    result = cell.run_action(
+        Actor.ROBOT, 'chicken', PLACE_LEFT, perception.look, others=perception.others
+    )
+    cell.step(1.0)
+    assert result.outcome is MotionOutcome.COMPLETED
+    assert state(cell, 'chicken') is LEFT
+    assert np.linalg.norm(cell.physics_world.toy_pose('lemon').position - before) < 0.005
 
 
 @pytest.mark.parametrize('after', [0.4, 2.5, 4.0])

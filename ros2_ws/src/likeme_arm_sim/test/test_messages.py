@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
-from geometry_msgs.msg import Point
 
-from likeme_arm.motion import ObjectView
 from likeme_arm_sim import messages
-from likeme_core.paper_world import RIGHT, WORLD
+from likeme_core.paper_world import WORLD
 from likeme_core.ros.time import stamp_ns, time_msg
-from likeme_msgs.msg import ObjectState, TableState
 
 
 def test_images_keep_their_pixels() -> None:
@@ -33,27 +29,3 @@ def test_camera_info_has_the_true_intrinsics() -> None:
 
 def test_times_go_there_and_back() -> None:
     assert stamp_ns(time_msg(1_700_000_000_123_456_789)) == (1_700_000_000_123_456_789)
-
-
-def table(frame: str = 'base_link') -> TableState:
-    seen = time_msg(5)
-    objects = [
-        ObjectState(name='pear', state=1, centroid=Point(x=0.4, y=-0.1), major_axis_yaw=0.5),
-        ObjectState(name='lemon', state=ObjectState.UNKNOWN, centroid=Point(x=0.4, y=0.1)),
-        ObjectState(name='chicken', state=2, centroid=Point(x=float('nan'))),
-    ]
-    for item in objects[:2]:
-        item.last_seen = seen
-    return TableState(reference_frame=frame, objects=objects)
-
-
-def test_views_are_of_what_was_ever_seen() -> None:
-    views = messages.object_views(table(), WORLD)
-    assert set(views) == {'pear', 'lemon'}
-    assert views['pear'] == ObjectView(0.4, -0.1, 0.5, RIGHT)
-    assert views['lemon'].state is None
-
-
-def test_other_frames_are_refused() -> None:
-    with pytest.raises(ValueError, match="'base_link', got 'map'"):
-        messages.object_views(table('map'), WORLD)

@@ -9,17 +9,14 @@ from collections.abc import Iterator
 
 import pytest
 
+from likeme_arm import job_thread, motion_driver
 from likeme_arm.hold_monitor import Block
 from likeme_arm.motion import ObjectView
+from likeme_arm.motion_driver import MotionRequest, StampedResult
 from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
-from likeme_arm_sim import motion_control, simulation_driver, simulation_thread
+from likeme_arm_sim import motion_control
 from likeme_arm_sim.cell import Cell
-from likeme_arm_sim.simulation_driver import (
-    MotionRequest,
-    SimulationDriver,
-    SimulationSettings,
-    StampedResult,
-)
+from likeme_arm_sim.simulation_driver import SimulationDriver, SimulationSettings
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.paper_world import RIGHT, WORLD
 
@@ -136,7 +133,7 @@ def test_stamps_are_of_the_system_clock_while_a_part_is_real(cell: Cell) -> None
 def test_a_simulation_that_does_not_end_is_logged(
     cell: Cell, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(simulation_thread, 'JOIN_TIMEOUT', 0.05)
+    monkeypatch.setattr(job_thread, 'JOIN_TIMEOUT', 0.05)
     stepping, release = threading.Event(), threading.Event()
 
     def on_step() -> None:
@@ -150,7 +147,7 @@ def test_a_simulation_that_does_not_end_is_logged(
     driver.stop()
     release.set()
     assert [str(error) for error in errors] == [
-        'Expected the simulation thread to end within 0.05 s, it still runs.'
+        'Expected the driver thread to end within 0.05 s, it still runs.'
     ]
     driver.stop()
     cell.resume()
@@ -209,7 +206,7 @@ def test_an_end_that_could_not_be_written_is_written_later(
         write(record)
 
     monkeypatch.setattr(journal, 'end', end)
-    monkeypatch.setattr(simulation_driver, 'WRITE_PERIOD', 0.0)
+    monkeypatch.setattr(motion_driver, 'WRITE_PERIOD', 0.0)
     written = threading.Event()
 
     def on_step() -> None:

@@ -34,11 +34,12 @@ SILENCE = 0.5
 END_KEYS = (b'\x03', b'\x04', b'')
 
 
-class StopClient(Node):
+class StopNode(Node):
     """Publishes cell/stop and hears cell/hold_state."""
 
-    def __init__(self) -> None:
-        super().__init__(f'stop_{os.getpid()}', start_parameter_services=False)
+    def __init__(self, name: str = 'stop') -> None:
+        """name: of the node, before the number of the process."""
+        super().__init__(f'{name}_{os.getpid()}', start_parameter_services=False)
         self._stop_pub = self.create_publisher(String, 'cell/stop', 10)
         self._changed = threading.Condition()
         self._state: HoldState | None = None
@@ -57,20 +58,34 @@ class StopClient(Node):
     @property
     def connected(self) -> bool:
         """Whether the keeper is heard and can be reached."""
-        heard = self._state is not None and time.monotonic() - self._heard < SILENCE
+        heard = self._state is not None and self.keeper_silence < SILENCE
         return heard and self._stop_pub.get_subscription_count() > 0
+
+    @property
+    def keeper_silence(self) -> float:
+        """Time since the keeper was heard, s."""
+        return time.monotonic() - self._heard
 
     @property
     def held(self) -> bool:
         """Whether the keeper last said that motion is held."""
         return self._state is not None and self._state.held
 
+    @property
+    def hold_state(self) -> HoldState | None:
+        """What the keeper last said."""
+        return self._state
+
+    def send_stop(self, by: str) -> None:
+        """Publish one stop and return at once; `stop` sees to it that it arrives."""
+        self._stop_pub.publish(String(data=by))
+
     def stop(self, by: str) -> float | None:
         """Stop the cell; s until the keeper has said so, None if it has not in time."""
         before = 0 if self._state is None else self._state.change
         began = time.monotonic()
         while time.monotonic() - began < CONFIRMATION_TIMEOUT:
-            self._stop_pub.publish(String(data=by))
+            self.send_stop(by)
             with self._changed:
                 if self._changed.wait_for(lambda: self._is_held_after(before), REPEAT_PERIOD):
                     return time.monotonic() - began
@@ -98,7 +113,7 @@ def stop(
     """Stop every motion of the cell at a key; Ctrl-C leaves. It stays held until it is resumed."""
     set_discovery(network)
     rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-    node = StopClient()
+    node = StopNode()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     thread = threading.Thread(target=executor.spin, daemon=True)
@@ -115,7 +130,7 @@ def stop(
     raise typer.Exit(code)
 
 
-def serve_keys(node: StopClient, by: str) -> int:
+def serve_keys(node: StopNode, by: str) -> int:
     """Stop at each key until the input ends; the exit code: 3 without a keeper."""
     if not node.wait_for_keeper(DISCOVERY_TIMEOUT):
         print(
@@ -162,7 +177,7 @@ def main() -> None:
     """Entry point of `stop`."""
     app = App(add_completion=False, rich_markup_mode=None)
     app.command()(stop)
-    app(prog_name='stop')
+    app()
 
 
 if __name__ == '__main__':

@@ -11,9 +11,9 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from likeme_arm.messages import BASE_FRAME
 from likeme_arm_sim.arm import BASE_LINK, Arm, ArmLink
 from likeme_arm_sim.arm_description import arm_urdf
-from likeme_arm_sim.messages import BASE_FRAME
 from likeme_arm_sim.physics_world import Pose
 from likeme_core.ros.qos import LATCHED
 from likeme_core.ros.transforms import StaticTransforms, create_tf_publisher, transform_msg

@@ -5,8 +5,8 @@ from __future__ import annotations
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
+from likeme_arm.ros.job_future import job_ended
 from likeme_arm_sim.messages import reset_outcome
-from likeme_arm_sim.ros.job_future import job_ended
 from likeme_arm_sim.simulation_driver import SimulationDriver
 from likeme_core.outcomes import ResetOutcome
 from likeme_msgs.srv import ResetCell

@@ -1,4 +1,4 @@
-"""The thread that steps the simulation: it runs queued jobs, and an idle function between them."""
+"""The thread of a driver: it runs queued jobs, and an idle function between them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Job(NamedTuple):
     future: Future[Any]
 
 
-class SimulationThread:
+class JobThread:
     """Runs jobs one after another in its own thread; calls `idle` repeatedly between them.
 
     Each owner may have one job queued or running. The exception of a job is set on its future,
@@ -33,7 +33,7 @@ class SimulationThread:
         self._idle, self._on_error = idle, on_error
         self._lock, self._stopping = threading.Lock(), threading.Event()
         self._jobs: deque[Job] = deque()
-        self._thread = threading.Thread(target=self._run, name='simulation', daemon=True)
+        self._thread = threading.Thread(target=self._run, name='driver', daemon=True)
 
     @property
     def busy(self) -> bool:
@@ -64,7 +64,7 @@ class SimulationThread:
             self._thread.join(JOIN_TIMEOUT)
         if self._thread.is_alive():
             raise TimeoutError(
-                f'Expected the simulation thread to end within {JOIN_TIMEOUT:g} s, it still runs.'
+                f'Expected the driver thread to end within {JOIN_TIMEOUT:g} s, it still runs.'
             )
 
     def _run(self) -> None:

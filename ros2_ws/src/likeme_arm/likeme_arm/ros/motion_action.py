@@ -1,4 +1,4 @@
-"""The action `execute_action` of one simulated actor: its service, with feedback and cancel."""
+"""The action `execute_action` of one actor: its service, with feedback and cancel."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from likeme_arm_sim import messages
-from likeme_arm_sim.ros.motion_service import MotionService, new_id
-from likeme_arm_sim.simulation_driver import SimulationDriver
+from likeme_arm import messages
+from likeme_arm.motion_driver import MotionDriver
+from likeme_arm.ros.motion_service import MotionService, new_id
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.ros.time import steady_clock
 from likeme_msgs.action import ExecuteAction
@@ -26,7 +26,7 @@ class MotionAction:
     A cancelled goal stops its own motion where it is, and nothing moves until the next request.
     """
 
-    def __init__(self, node: Node, driver: SimulationDriver, service: MotionService) -> None:
+    def __init__(self, node: Node, driver: MotionDriver, service: MotionService) -> None:
         self._node, self._driver, self._service = node, driver, service
         self._cancelled: dict[bytes, threading.Event] = {}
         self._group = ReentrantCallbackGroup()

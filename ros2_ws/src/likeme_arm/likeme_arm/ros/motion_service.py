@@ -1,4 +1,4 @@
-"""The services `execute_action` and `motion_status` of one simulated actor."""
+"""The services `execute_action` and `motion_status` of one actor."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
+from likeme_arm import messages
+from likeme_arm.motion_driver import MotionDriver, MotionRequest, StampedResult
 from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
-from likeme_arm_sim import messages
-from likeme_arm_sim.ros.job_future import job_ended
-from likeme_arm_sim.simulation_driver import MotionRequest, SimulationDriver, StampedResult
+from likeme_arm.ros.job_future import job_ended
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.srv import ExecuteAction, MotionStatus
@@ -36,7 +36,7 @@ class MotionService:
     """
 
     def __init__(
-        self, node: Node, driver: SimulationDriver, actor: Actor, journal: MotionJournal
+        self, node: Node, driver: MotionDriver, actor: Actor, journal: MotionJournal
     ) -> None:
         self._node, self._driver, self._actor = node, driver, actor
         self._journal = journal
@@ -75,7 +75,7 @@ class MotionService:
 
     async def _report(self, request: Any, cancelled: Callable[[], bool]) -> StampedResult:
         try:
-            self._driver.cell.world.check_label(request.world)
+            self._driver.world.check_label(request.world)
         except ValueError as error:
             return StampedResult(MotionOutcome.OTHER_WORLD, str(error))
         # Before BUSY: it may be this very request that is under way.

@@ -1,4 +1,4 @@
-"""Awaiting a job of the simulation's thread in a callback of the executor's."""
+"""Awaiting a job of a driver's thread in a callback of the executor's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The simulation's thread."""
+"""The thread of a driver."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from likeme_arm_sim.simulation_thread import SimulationThread
+from likeme_arm.job_thread import JobThread
 
 
 @pytest.fixture
@@ -16,25 +16,25 @@ def idled() -> threading.Event:
 
 
 @pytest.fixture
-def thread(idled: threading.Event) -> Iterator[SimulationThread]:
+def thread(idled: threading.Event) -> Iterator[JobThread]:
     def idle() -> None:
         idled.set()
         threading.Event().wait(0.001)
 
-    thread = SimulationThread(idle, lambda error: None)
+    thread = JobThread(idle, lambda error: None)
     thread.start()
     yield thread
     thread.stop()
 
 
-def test_idles_until_there_is_a_job(thread: SimulationThread, idled: threading.Event) -> None:
+def test_idles_until_there_is_a_job(thread: JobThread, idled: threading.Event) -> None:
     assert idled.wait(5.0)
     job = thread.submit('arm', lambda: threading.current_thread().name)
     assert job is not None
-    assert job.result(5.0) == 'simulation'
+    assert job.result(5.0) == 'driver'
 
 
-def test_takes_one_job_of_an_owner_at_a_time(thread: SimulationThread) -> None:
+def test_takes_one_job_of_an_owner_at_a_time(thread: JobThread) -> None:
     go_on = threading.Event()
     first = thread.submit('arm', lambda: go_on.wait(5.0))
     assert first is not None
@@ -46,7 +46,7 @@ def test_takes_one_job_of_an_owner_at_a_time(thread: SimulationThread) -> None:
     assert again.result(5.0)
 
 
-def test_a_job_of_another_owner_waits_for_its_turn(thread: SimulationThread) -> None:
+def test_a_job_of_another_owner_waits_for_its_turn(thread: JobThread) -> None:
     go_on, order = threading.Event(), []
     first = thread.submit('human', lambda: go_on.wait(5.0) and order.append('human'))
     second = thread.submit('arm', lambda: order.append('arm'))
@@ -58,7 +58,7 @@ def test_a_job_of_another_owner_waits_for_its_turn(thread: SimulationThread) -> 
     assert order == ['human', 'arm']
 
 
-def test_the_error_of_a_job_is_set_on_its_future(thread: SimulationThread) -> None:
+def test_the_error_of_a_job_is_set_on_its_future(thread: JobThread) -> None:
     failing = thread.submit('arm', lambda: 1 / 0)
     assert failing is not None
     assert isinstance(failing.exception(5.0), ZeroDivisionError)
@@ -74,12 +74,12 @@ def test_an_error_of_idling_is_reported() -> None:
         if len(errors) == 2:
             twice.set()
 
-    thread = SimulationThread(lambda: [][0], tell)
+    thread = JobThread(lambda: [][0], tell)
     thread.start()
     assert twice.wait(5.0)
     thread.stop()
 
 
-def test_a_stopped_thread_accepts_no_jobs(thread: SimulationThread) -> None:
+def test_a_stopped_thread_accepts_no_jobs(thread: JobThread) -> None:
     thread.stop()
     assert thread.submit('arm', lambda: True) is None

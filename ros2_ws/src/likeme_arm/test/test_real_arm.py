@@ -1,0 +1,229 @@
+"""What the driver of a real arm plans, checks and notices, without ROS and without an arm."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip('pinocchio', reason='scripts/real_arm.lock is not installed')
+pytest.importorskip('ruckig')
+
+from likeme_arm.motion import UnsafeMotionError
+from likeme_arm.real_arm.arm_collisions import ArmCollisions, Obstacle
+from likeme_arm.real_arm.arm_config import ArmConfig, load_arm_config, shipped_configs
+from likeme_arm.real_arm.arm_kinematics import ArmKinematics
+from likeme_arm.real_arm.arm_state import ArmState, JointReading
+from likeme_arm.real_arm.motion_fault import MotionFaultError
+from likeme_arm.real_arm.tracking import Tracking
+from likeme_arm.real_arm.trajectory import Trajectory, joint_path, timed
+from likeme_arm.real_arm.trajectory_check import TrajectoryCheck
+from likeme_arm.tool_pose import NoSolutionError, ToolPose
+from likeme_core.paper_world import WORLD
+
+OVER_TABLE = ToolPose(0.44, -0.1, 0.17, 0.3)
+
+
+class Arm:
+    """The Panda's model and checks."""
+
+    def __init__(self) -> None:
+        self.config = load_arm_config('panda')
+        self.kinematics = ArmKinematics(self.config)
+        self.collisions = ArmCollisions(self.kinematics, WORLD.table)
+        self.check = TrajectoryCheck(self.config, self.kinematics, self.collisions, WORLD)
+
+    def trajectory(self, goal: np.ndarray, factor: float = 1.0) -> Trajectory:
+        """From home, at a multiple of the limits."""
+        limits = self.config.max_velocity, self.config.max_acceleration, self.config.max_jerk
+        path = joint_path(self.config.home, goal)
+        return timed(path, *(factor * limit for limit in limits))
+
+
+@pytest.fixture(scope='module')
+def arm() -> Arm:
+    return Arm()
+
+
+@pytest.mark.parametrize('name', shipped_configs())
+def test_a_shipped_configuration_fits_its_urdf(name: str) -> None:
+    config = load_arm_config(name)
+    kinematics = ArmKinematics(config)
+    collisions = ArmCollisions(kinematics, WORLD.table)
+    for joints in (config.home, config.ready):
+        assert (kinematics.lower <= joints).all()
+        assert (joints <= kinematics.upper).all()
+        assert collisions.problem(joints, ()) is None
+    # The tool points down over the table: its own height is what the pose says.
+    ready = kinematics.tool_pose(config.ready)
+    found = kinematics.inverse(ready._replace(z=ready.z - 0.01), config.ready, starts=4)
+    assert kinematics.tool_pose(found).z == pytest.approx(ready.z - 0.01, abs=0.001)
+
+
+def test_inverse_kinematics_comes_back_to_the_pose(arm: Arm) -> None:
+    joints = arm.kinematics.nearest(OVER_TABLE)
+    reached = arm.kinematics.tool_pose(joints)
+    assert reached[:3] == pytest.approx(OVER_TABLE[:3], abs=0.001)
+    assert np.sin(reached.yaw - OVER_TABLE.yaw) == pytest.approx(0.0, abs=0.01)
+
+
+def test_what_lies_out_of_reach_has_no_solution(arm: Arm) -> None:
+    with pytest.raises(NoSolutionError, match=r'x 1\.20, y 0\.00'):
+        arm.kinematics.nearest(ToolPose(1.2, 0.0, 0.2, 0.0))
+
+
+def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest(arm: Arm) -> None:
+    goal = arm.kinematics.nearest(OVER_TABLE)
+    trajectory = arm.trajectory(goal)
+    arm.check.check(trajectory, arm.config.home, ())
+    assert trajectory.joints[-1] == pytest.approx(goal, abs=1e-6)
+    assert not trajectory.velocities[-1].any()
+
+
+@pytest.mark.parametrize(('factor', 'what'), [(3.0, 'speed'), (9.0, 'speed|acceleration')])
+def test_a_faster_trajectory_is_refused(arm: Arm, factor: float, what: str) -> None:
+    fast = arm.trajectory(arm.kinematics.nearest(OVER_TABLE), factor)
+    with pytest.raises(UnsafeMotionError, match=f'Expected a ({what}) of panda_joint'):
+        arm.check.check(fast, arm.config.home, ())
+
+
+def test_a_trajectory_from_elsewhere_is_refused(arm: Arm) -> None:
+    trajectory = arm.trajectory(arm.config.ready)
+    with pytest.raises(UnsafeMotionError, match='from where the arm is'):
+        arm.check.check(trajectory, arm.config.ready, ())
+
+
+def test_a_joint_beyond_its_limit_is_refused(arm: Arm) -> None:
+    beyond = arm.config.home.copy()
+    beyond[0] = arm.kinematics.lower[0] - 0.1
+    with pytest.raises(UnsafeMotionError, match=r'panda_joint1 within -2\.90 and 2\.90'):
+        arm.check.check(arm.trajectory(beyond), arm.config.home, ())
+
+
+def test_the_table_other_things_and_the_arm_itself_are_not_touched(arm: Arm) -> None:
+    low = arm.trajectory(arm.kinematics.nearest(OVER_TABLE._replace(z=-0.02)))
+    with pytest.raises(UnsafeMotionError, match='too near to the table'):
+        arm.check.check(low, arm.config.home, ())
+    pear = Obstacle('pear', 0.44, -0.1, 0.0, 0.07, 0.05, 0.06)
+    there = arm.trajectory(arm.kinematics.nearest(OVER_TABLE._replace(z=0.03)))
+    arm.check.check(there, arm.config.home, ())
+    with pytest.raises(UnsafeMotionError, match='too near to the pear'):
+        arm.check.check(there, arm.config.home, (pear,))
+    folded = np.array([0.0, -1.7, 0.0, -3.0, 0.0, -0.0, 0.785])
+    assert 'would touch' in str(arm.collisions.problem(folded, ()))
+
+
+def test_the_persons_side_is_not_entered(arm: Arm) -> None:
+    beyond = arm.trajectory(arm.kinematics.nearest(ToolPose(0.7, 0.0, 0.2, 0.0)))
+    with pytest.raises(UnsafeMotionError, match=r'within x -0\.600 to 0\.720 m'):
+        arm.check.check(beyond, arm.config.home, ())
+
+
+@pytest.mark.parametrize('elapsed', [0.3, 1.0, 2.0])
+@pytest.mark.parametrize('behind', [0.0, 0.05, 0.2, 0.3])
+def test_a_stop_is_on_the_path_and_within_the_limits_wherever_the_controller_is(
+    arm: Arm, elapsed: float, behind: float
+) -> None:
+    trajectory = arm.trajectory(arm.config.ready)
+    reached = elapsed - behind
+    stop = trajectory.stopping(reached, elapsed)
+    if stop is None:
+        assert trajectory.duration - elapsed < 0.8
+        return
+    duration, goal = stop.time[-1], stop.joints[-1]
+    assert duration < 1.0
+    assert stop.s[-1] <= trajectory.path.length
+    for index in range(trajectory.index_at(reached), trajectory.index_at(elapsed) + 1):
+        start, speed = trajectory.joints[index], trajectory.velocities[index]
+        u = np.linspace(0.0, 1.0, 100)[:, None]
+        mean = (goal - start) / duration
+        rate = speed * (1 - 4 * u + 3 * u**2) + mean * (6 * u - 6 * u**2)
+        assert (np.abs(rate) <= arm.config.max_velocity).all()
+        # Along the way, never back.
+        assert (rate @ (goal - start) >= -1e-3).all()
+
+
+def at(trajectory: Trajectory, time: float, moves: bool = True) -> JointReading:
+    index = trajectory.index_at(time)
+    speed = trajectory.velocities[index] if moves else np.zeros(7)
+    return JointReading(trajectory.joints[index].copy(), speed, 0.04)
+
+
+def test_an_arm_that_follows_reaches_its_goal(arm: Arm) -> None:
+    trajectory = arm.trajectory(arm.config.ready)
+    tracking = Tracking(trajectory, arm.config)
+    reached = [
+        tracking.follow(t, at(trajectory, t - 0.1))
+        for t in np.arange(0.0, trajectory.duration + 0.2, 0.02)
+    ]
+    assert reached[-1]
+    assert not any(reached[: trajectory.index_at(trajectory.duration)])
+
+
+def test_an_arm_that_stands_lags_or_leaves_its_way_is_noticed(arm: Arm) -> None:
+    trajectory = arm.trajectory(arm.config.ready)
+
+    def fault(reading: JointReading, elapsed: float = 1.5) -> str:
+        tracking = Tracking(trajectory, arm.config)
+        tracking.follow(0.9, at(trajectory, 0.9))
+        with pytest.raises(MotionFaultError) as noticed:
+            tracking.follow(elapsed, reading)
+        return str(noticed.value)
+
+    assert 'The arm stopped at 1.00 of' in fault(at(trajectory, 1.0, moves=False))
+    assert 'at most 0.3 s behind its trajectory, got 0.50 s' in fault(at(trajectory, 1.0))
+    beside = at(trajectory, 1.2)
+    beside.joints[3] += 0.2
+    assert 'Expected panda_joint4 within 0.1 rad' in fault(beside)
+
+
+def test_old_joint_states_are_not_taken_for_the_present(arm: Arm) -> None:
+    now = [0.0]
+    state = ArmState(arm.config, lambda: now[0])
+    with pytest.raises(MotionFaultError, match='heard none'):
+        state.read()
+    names, home = list(arm.config.joints), arm.config.home
+    state.hear(names, home.tolist(), [])
+    now[0] = 0.1
+    state.hear([*names, 'other'], [*(home + 0.01).tolist(), 0.0], [])
+    assert state.read().velocities == pytest.approx(np.full(7, 0.1))
+    now[0] = 0.4
+    with pytest.raises(MotionFaultError, match=r'at least every 0\.2 s, got none for 0\.30 s'):
+        state.read()
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'sentence'),
+    [
+        ('speed: 0.7', 'speed: -1', 'expected speed to be positive numbers, got -1'),
+        ('speed: 0.7', 'sped: 0.7', 'expected speed, got none'),
+        ('speed: 0.7', 'speed: 0.7\nhand: 1', 'got hand, which is not known'),
+        ('base: [0, 0, 0, 0]', 'base: [0, 0]', 'expected base to be 4 numbers, got 0, 0'),
+        ('kind: commands', 'kind: hydraulic', "commands or gripper_command, got 'hydraulic'"),
+        ('z: [-0.05, 1.2]', 'z: [1.2, -0.05]', 'expected workspace.z from low to high'),
+    ],
+)
+def test_a_bad_configuration_is_refused(tmp_path: Path, old: str, new: str, sentence: str) -> None:
+    from likeme_arm.real_arm.arm_config import CONFIGS
+
+    text = (CONFIGS / 'panda.yaml').read_text(encoding='utf-8')
+    assert old in text
+    path = tmp_path / 'mine.yaml'
+    path.write_text(text.replace(old, new), encoding='utf-8')
+    with pytest.raises(ValueError, match=r'mine\.yaml') as refused:
+        load_arm_config(str(path))
+    assert sentence in str(refused.value)
+
+
+def test_a_joint_that_the_urdf_has_not_is_refused(arm: Arm) -> None:
+    names = ('elbow', *arm.config.joints[1:])
+    config: ArmConfig = replace(arm.config, joints=names)
+    with pytest.raises(ValueError, match=r"panda_joint1.*got 'elbow'"):
+        ArmKinematics(config)
+
+
+def test_an_arm_that_is_not_shipped_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"an arm of panda, .* or a file, got 'hal'"):
+        load_arm_config('hal')
