@@ -47,7 +47,7 @@ app.command()(bridge)
 
 def main() -> None:
     """Entry point of `foxglove`."""
-    app(prog_name='foxglove')
+    app()
 
 
 if __name__ == '__main__':

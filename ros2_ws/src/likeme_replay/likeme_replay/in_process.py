@@ -49,7 +49,7 @@ class InProcessGraph:
         Raises:
             ValueError, OSError: one is invalid.
         """
-        world = load_world(world_of(perception or {}, inference or {}))
+        world = self._world = load_world(world_of(perception or {}, inference or {}))
         values = defaults(perception_settings.settings_of(world)) | dict(perception or {})
         self._reader = FrameReader(perception_settings.read_settings(values, world))
         values = defaults(inference_settings.settings_of(world)) | dict(inference or {})
@@ -95,7 +95,7 @@ class InProcessGraph:
             act = self._acts[item.stamp].pop(0)
             self._acts = {stamp: acts for stamp, acts in self._acts.items() if acts}
             return act
-        return read_heard(item.kind, item.message)
+        return read_heard(item.kind, item.message, self._world)
 
     def _set_camera_info(self, data: bytes) -> None:
         # Without the stamp, which differs in every frame.

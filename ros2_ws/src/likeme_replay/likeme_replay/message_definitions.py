@@ -12,6 +12,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
 from likeme_bags.errors import LIBRARY_ERRORS
+from likeme_bags.typestores import decode, layout
+from likeme_bags.values import Topic
 
 
 class UnknownTypeError(ValueError):
@@ -31,6 +33,7 @@ class Definitions:
     def __init__(self) -> None:
         self.store: Typestore = get_typestore(Stores.ROS2_JAZZY)
         self._read: set[str] = set()
+        self._digests: dict[str, str] = {}
 
     def of(self, msgtype: str) -> Definition:
         """The definition of 'package/msg/Name'.
@@ -67,6 +70,24 @@ class Definitions:
             return self.store.deserialize_cdr(memoryview(data), msgtype)
         except LIBRARY_ERRORS:
             raise ValueError(f'Expected a {msgtype}, got {len(data)} other bytes.') from None
+
+    def _is_older(self, topic: Topic) -> bool:
+        """Whether a bag's topic was recorded with other fields than its type has here."""
+        if not topic.definition:
+            return False
+        if topic.type not in self._digests:
+            self._digests[topic.type] = self.of(topic.type).digest
+        return layout(topic) != self._digests[topic.type]
+
+    def read_recorded(self, topic: Topic, data: bytes) -> Any:
+        """The message in CDR bytes of a bag's topic, with the fields that it was recorded with.
+
+        Raises:
+            ValueError, BagError: they do not fit the type, or the type is not installed.
+        """
+        if self._is_older(topic):
+            return decode(topic, data)
+        return self.read(data, topic.type)
 
     def write(self, message: Any) -> bytes:
         """The CDR bytes of a message."""

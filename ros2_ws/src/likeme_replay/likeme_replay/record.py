@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+import time
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -14,6 +16,7 @@ from likeme_bags.camera_topics import COLOUR, DEPTH, INFO
 from likeme_bags.durable import DurableWriter
 from likeme_bags.errors import BagError
 from likeme_core.cli import Domain
+from likeme_core.progress_bar import StatusLine
 from likeme_core.typer_app import App
 from likeme_replay.recorded_inputs import FRAME_DONE, HEARD
 from likeme_replay.recording_writer import Recording, summary
@@ -22,8 +25,10 @@ from likeme_replay.recording_writer import Recording, summary
 TOPICS = (
     COLOUR, DEPTH, INFO, 'table_state', FRAME_DONE, 'demonstration', 'goal_belief', 'decision',
     'outcome', HEARD, 'world', 'joint_states', 'tf', 'tf_static', 'robot_description', '/clock',
-    '/diagnostics',
+    '/diagnostics', 'attempt', 'joint_goal_belief',
 )  # fmt: skip
+#: s between two looks at the size of a recording.
+TELL_PERIOD = 0.5
 #: Folder of recordings that are named without one.
 FOLDER = Path('out/bags')
 
@@ -84,7 +89,10 @@ def record(
     from likeme_replay.ros.record_node import record_topics
 
     print(f'Recording to {path}; stop with Ctrl-C.')
-    missing, lost, unusable = record_topics(recording, wanted, duration, domain)
+    line = StatusLine('Recording', duration)
+    with line.shown():
+        gaps = record_topics(recording, wanted, duration, domain, _teller(line, recording, path))
+    missing, lost, unusable = gaps
     raise typer.Exit(_report(path, recording, missing, lost, unusable))
 
 
@@ -107,8 +115,25 @@ def _report(
         problems.append('Expected messages, got none: is the cell running on this ROS domain?')
     for sentence in problems:
         print(f'record: {sentence}', file=sys.stderr)
-    print(f'{recording.counts.total()} messages in {path}')
+    print(f'{recording.counts.total()} messages, {_megabytes(path)} in {path}')
     return 1 if problems else 0
+
+
+def _teller(line: StatusLine, recording: Recording, path: Path) -> Callable[[], None]:
+    """Says now and then how much is recorded."""
+    due = 0.0
+
+    def tell() -> None:
+        nonlocal due
+        if time.monotonic() >= due:
+            due = time.monotonic() + TELL_PERIOD
+            line.say(f'{recording.counts.total()} messages, {_megabytes(path)}')
+
+    return tell
+
+
+def _megabytes(path: Path) -> str:
+    return f'{sum(file.stat().st_size for file in path.glob("*")) / 1e6:.1f} MB'
 
 
 app = App(add_completion=False, rich_markup_mode=None)
@@ -117,7 +142,7 @@ app.command()(record)
 
 def main() -> None:
     """Entry point of `record`."""
-    app(prog_name='record')
+    app()
 
 
 if __name__ == '__main__':

@@ -16,7 +16,7 @@ from likeme_bags.camera_topics import CAMERA_INFO, COLOUR, DEPTH, INFO
 from likeme_bags.errors import BagError
 from likeme_bags.headers import header_stamp
 from likeme_bags.images import IMAGE
-from likeme_bags.values import Record
+from likeme_bags.values import Record, Topic
 from likeme_inference.session_inputs import InputKind, SessionInput
 from likeme_perception.frame_reader import intrinsics_of
 from likeme_perception.pairing import StampPairing
@@ -66,11 +66,15 @@ def check_topics(topics: Mapping[str, str], path: object) -> None:
 
 
 class RecordSource(NamedTuple):
-    """The records of a bag in their order, under the cell's topic names."""
+    """The records of a bag in their order, under the cell's topic names.
+
+    recorded: topics as the bag defines them, whose messages may have other fields than today.
+    """
 
     name: str
     topics: Mapping[str, str]
     records: Iterator[Record]
+    recorded: Mapping[str, Topic] = {}
 
 
 class RecordedInputs:
@@ -86,7 +90,7 @@ class RecordedInputs:
     def __init__(self, source: RecordSource) -> None:
         """Raises BagError for a bag that cannot be replayed."""
         check_topics(source.topics, source.name)
-        self._records = source.records
+        self._records, self._recorded = source.records, source.recorded
         types = {name: source.topics.get(name) == kind for name, kind in REPLAY_TOPICS.items()}
         self.live, self._read_is_known = types[HEARD], types[FRAME_DONE]
         self._pairs: StampPairing[Record] = StampPairing(0.016, lambda r: header_stamp(r.data))
@@ -108,8 +112,8 @@ class RecordedInputs:
             if record.type != REPLAY_TOPICS.get(record.topic):
                 continue
             try:
-                message = definitions().read(record.data, record.type)
-            except ValueError:
+                message = self._message(record)
+            except (ValueError, BagError):
                 self.unreadable += 1
                 continue
             if record.topic == INFO:
@@ -125,6 +129,12 @@ class RecordedInputs:
                 stamp = header_stamp(record.data)
                 yield SessionInput(InputKind(message.kind), stamp, message)
         yield from self._release(len(self._held))
+
+    def _message(self, record: Record) -> Any:
+        topic = self._recorded.get(record.topic)
+        if topic is not None:
+            return definitions().read_recorded(topic, record.data)
+        return definitions().read(record.data, record.type)
 
     def _add_info(self, record: Record, message: Any) -> Iterator[RecordedFrame]:
         self._info = record

@@ -128,7 +128,7 @@ app.command()(replay)
 
 def main() -> None:
     """Entry point of `replay`."""
-    app(prog_name='replay')
+    app()
 
 
 if __name__ == '__main__':

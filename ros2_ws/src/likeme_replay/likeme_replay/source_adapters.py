@@ -40,12 +40,14 @@ def adapted_source(remap: Mapping[str, str], types: Mapping[str, str]) -> ReadSo
         # With --type-map only the names that were given count.
         names = dict(remap) if types else camera_remap(bag, remap)
         adaptation = Adaptation(names, types)
-        chosen, found = [], {}
+        chosen, found, recorded = [], {}, {}
         for old, new in zip(bag.topics, adaptation.topics(bag), strict=True):
             name = new.name.lstrip('/')
             if REPLAY_TOPICS.get(name) == new.type:
                 found[name] = new.type
                 chosen.append(old.name)
+                if name not in CAMERA_TOPICS and old.type == new.type:
+                    recorded[name] = old
             elif name in CAMERA_TOPICS:
                 # For the error sentence, unless another topic of this name has the right type.
                 found.setdefault(name, new.type)
@@ -54,6 +56,6 @@ def adapted_source(remap: Mapping[str, str], types: Mapping[str, str]) -> ReadSo
             for record in adaptation.records(bag, chosen, start, end):
                 yield record._replace(topic=record.topic.lstrip('/'))
 
-        return RecordSource(str(bag.path), found, records())
+        return RecordSource(str(bag.path), found, records(), recorded)
 
     return source

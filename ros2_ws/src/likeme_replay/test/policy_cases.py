@@ -349,9 +349,20 @@ def outcomes_name_the_act(t: Trace, bad: bool) -> None:
     t.outcome(t.table(1), action=0 if bad else 1)
 
 
-def skipped_by_an_operator(t: Trace, bad: bool) -> None:
+def ended_by_an_answer(t: Trace, bad: bool) -> None:
     time = t.decided() if bad else t.asked()
-    t.outcome(time, result=4, x_f=255, actor=2, **BY_NOBODY)
+    t.outcome(time, result=5, x_f=255, actor=2, **BY_NOBODY)
+
+
+def asked_after_not_free(t: Trace, other_action: bool) -> None:
+    """A push that was not free, and the question for the way; or by another action's name."""
+    shown = t.shown()
+    t.decision(t.table(0), shown, mode='sequential', actions_left=3)
+    t.motion()
+    t.motion(2, outcome=14, **NOTHING_MOVED)
+    t.outcome(t.table(0), x_f=255, result=3, motion_outcome=14)
+    changes = {'action': 0, 'success_probability': [0.9, 0.9]} if other_action else {}
+    t.decision(t.table(0), shown, id=2, kind=1, mode='sequential', actions_left=3, **changes)
 
 
 def outcomes_agree_with_the_arm(t: Trace, bad: bool) -> None:
@@ -503,5 +514,34 @@ def whole_story(t: Trace) -> None:
     t.hold(change=3)
     t.told(change=3)
     t.outcome(t.table(0), x_f=0, result=1, motion_outcome=3, predicted_success=0.3)
+    t.questions()
+    t.wait(8)
+
+
+def question_beside_another_decision(t: Trace, bad: bool = False) -> None:
+    """A question about the pear waits while the bear is moved, and is then tried.
+
+    bad: the bear is asked about, too, and is decided on again before that is answered.
+    """
+    asked = t.asked()
+    t.questions(question(asked))
+    shown = t.table(bear=1)
+    bear = {'object': 'bear'}
+    t.demonstration(shown, **bear)
+    t.belief(shown, **bear)
+    then = t.table(0)
+    t.decision(then, shown, id=2, **bear | (UNSURE if bad else {}))
+    t.questions(question(asked))
+    if bad:
+        t.decision(t.table(0), shown, id=3, **bear)
+        return
+    second = {'id': 'decision-2-b', **bear}
+    t.motion(**second)
+    t.motion(2, **second)
+    t.outcome(t.table(bear=1), decision_id=2, **bear)
+    t.heard(3, answer=1, object='pear')
+    t.motion()
+    t.motion(2)
+    t.outcome(t.table(1), predicted_success=0.3)
     t.questions()
     t.wait(8)

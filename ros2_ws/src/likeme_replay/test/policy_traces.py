@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from types import SimpleNamespace
 from typing import Any
@@ -52,11 +53,14 @@ class Trace:
         seen = stamp(self.now + STEP)
         return SimpleNamespace(name=name, state=state, **{'last_seen': seen} | fields | changes)
 
-    def table(self, pear: int = 0, time: float | None = None, **changes: Any) -> float:
+    def table(
+        self, pear: int = 0, time: float | None = None, bear: int = 0, **changes: Any
+    ) -> float:
         """A settled table state; its stamp in s."""
         time = self.now + STEP if time is None else time
         seen = stamp(time)
-        objects = [self.item('pear', pear, last_seen=seen), self.item('bear', last_seen=seen)]
+        states = {'pear': pear, 'bear': bear}
+        objects = [self.item(name, state, last_seen=seen) for name, state in states.items()]
         fields = {'hand_in_view': False, 'arm_in_view': False, 'settled': True, 'world': 'toys@d'}
         self.hear('table_state', plain(time, **fields | {'objects': objects} | changes))
         return time
@@ -85,6 +89,11 @@ class Trace:
             'plan_value': 0.9, 'threshold': 0.5, 'model': 'm', 'world': 'toys@d',
         }  # fmt: skip
         self.hear('decision', plain(time, **fields | changes))
+
+    def record(self, number: int, asking: str) -> None:
+        """The record of a decision that follows."""
+        text = json.dumps({'decision': {'id': number}, 'settings': {'asking': asking}})
+        self.hear('decision_record', SimpleNamespace(data=text))
 
     def heard(self, kind: int, time: float = START, **changes: Any) -> None:
         self.inputs += 1

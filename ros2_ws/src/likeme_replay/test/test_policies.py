@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 import policy_cases
 import pytest
-from policy_traces import BY_NOBODY, Trace, plain
+from policy_traces import BY_NOBODY, UNSURE, Trace, plain, stamp
 from typer.testing import CliRunner
 
+from likeme_bags.reading import open_bag
+from likeme_bags.typestores import typestore_of
 from likeme_bags.values import Record, Topic
 from likeme_bags.writing import BagWriter
 from likeme_replay.message_definitions import definitions
+from likeme_replay.policies.bag_check import check_bag
 from likeme_replay.policies.catalogue import POLICIES, table
 from likeme_replay.policies.console import app
 from likeme_replay.policies.monitor import KEPT, PolicyMonitor
@@ -40,6 +44,53 @@ def test_a_whole_story_breaks_no_policy() -> None:
     trace = Trace()
     policy_cases.whole_story(trace)
     assert not trace.monitor.violations
+
+
+@pytest.mark.parametrize(
+    ('asking', 'broken'),
+    [
+        ('THRESHOLD', {'asks_only_below_the_threshold', 'acts_only_at_the_threshold'}),
+        ('COST', set()),
+        ('PROMISE', set()),
+    ],
+)
+def test_a_robot_that_asks_by_something_else_need_not_keep_to_the_threshold(
+    asking: str, broken: set[str]
+) -> None:
+    found: set[str] = set()
+    for changes in (UNSURE | {'threshold': 0.2}, {'threshold': 0.95}):
+        trace = Trace()
+        trace.record(1, asking)
+        trace.decided(**changes)
+        found |= trace.broken
+    assert found == broken
+
+
+def test_a_question_waits_beside_decisions_on_other_objects() -> None:
+    good, bad = Trace(), Trace()
+    policy_cases.question_beside_another_decision(good)
+    policy_cases.question_beside_another_decision(bad, bad=True)
+    assert not good.monitor.violations
+    assert bad.broken == {'one_decision_at_a_time'}
+
+
+def test_it_may_ask_for_the_way_of_an_action_that_was_not_free() -> None:
+    good, bad = Trace(), Trace()
+    policy_cases.asked_after_not_free(good, other_action=False)
+    policy_cases.asked_after_not_free(bad, other_action=True)
+    assert not good.monitor.violations
+    assert bad.broken == {'asks_only_below_the_threshold'}
+
+
+def test_a_decision_may_follow_a_joint_goal() -> None:
+    for name, broken in (('pear', set()), ('bear', {'decisions_follow_demonstrations'})):
+        trace = Trace()
+        trace.world()
+        shown = trace.table(1)
+        belief = plain(trace.table(1), demonstration=stamp(shown), objects=[name], stopped=True)
+        trace.hear('joint_goal_belief', belief)
+        trace.decision(trace.table(0), shown)
+        assert trace.broken == broken
 
 
 def test_the_documents_table_is_that_of_the_code() -> None:
@@ -93,6 +144,29 @@ def test_a_recording_is_checked(tmp_path: Path, changes: tuple[int, ...], code: 
     assert done.exit_code == code, done.output
     assert f'{code} violations of {len(POLICIES)} policies in 2 messages' in done.output
     assert ('holds_only_grow' in done.output) == bool(code)
+
+
+def test_a_recording_from_before_a_field_was_added_is_checked(tmp_path: Path) -> None:
+    name, kind = '/table_state', TOPICS['table_state']
+    text, count = re.subn(r'.*unknown_objects\n', '', definitions().of(kind).text)
+    assert count == 1
+    older = Topic(name, kind, definition=text, encoding='ros2msg')
+    store = typestore_of(older)
+    header = store.types['std_msgs/msg/Header'](
+        stamp=store.types['builtin_interfaces/msg/Time'](1, 0), frame_id='base_link'
+    )
+    message = store.types[kind](
+        header=header, world='chung2015@0', reference_frame='base_link', camera_frame='camera',
+        hand_in_view=False, arm_in_view=False, settled=False, reason='', objects=[],
+    )  # fmt: skip
+    with BagWriter(tmp_path / 'bag', 'mcap', False) as writer:
+        writer.add(older)
+        data = bytes(store.serialize_cdr(message, kind))
+        writer.write(Record(name, kind, 1_000_000_000, data))
+    found = check_bag(open_bag(tmp_path / 'bag'))
+    assert found.unreadable == 0
+    tables = found.monitor.seen.tables.values()
+    assert [table.world for table in tables] == ['chung2015@0']
 
 
 def test_what_is_no_recording_is_said(tmp_path: Path) -> None:

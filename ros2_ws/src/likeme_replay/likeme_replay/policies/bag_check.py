@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from likeme_bags.errors import BagError
 from likeme_bags.reading import Bag
+from likeme_bags.values import Record, Topic
 from likeme_core.stamps import SECOND
 from likeme_replay.message_definitions import definitions
 from likeme_replay.policies.monitor import PolicyMonitor
@@ -25,18 +27,32 @@ def check_bag(bag: Bag) -> BagCheck:
     Messages from before there were worlds, which policies do not speak of, are left out.
     """
     monitor, unreadable = PolicyMonitor(), 0
+    topics = {topic.key: topic for topic in bag.topics}
     for record in bag.records(list(_topics(bag))):
         topic = record.topic.lstrip('/')
         if record.type != TOPICS[topic]:
             continue
         try:
-            message = definitions().read(record.data, record.type)
-        except ValueError:
+            message = _message(record, topics[record.key])
+        except (ValueError, BagError):
             unreadable += 1
             continue
         monitor.hear(topic, message, record.stamp / SECOND)
     monitor.tick(bag.end / SECOND)
     return BagCheck(monitor, unreadable)
+
+
+def _message(record: Record, topic: Topic) -> Any:
+    """The message, with the fields that it was recorded with.
+
+    Raises:
+        ValueError, BagError: the bytes are no such message, or from before there were worlds.
+    """
+    message = definitions().read_recorded(topic, record.data)
+    fields = [name for name, _ in definitions().store.fielddefs[record.type][1]]
+    if 'world' in fields and not hasattr(message, 'world'):
+        raise ValueError(f'Expected a {record.type} with a world, got one without.')
+    return message
 
 
 def _topics(bag: Bag) -> Iterator[str]:

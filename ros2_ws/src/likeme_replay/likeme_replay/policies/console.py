@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -14,7 +15,6 @@ from likeme_core.cli import Domain
 from likeme_core.typer_app import App
 from likeme_replay.policies.bag_check import check_bag
 from likeme_replay.policies.catalogue import POLICIES, table
-from likeme_replay.replay_report import print_message
 
 #: Violations that are printed for one bag.
 SHOWN = 20
@@ -51,7 +51,7 @@ def _check(path: Path) -> bool:
         with open_bag(path) as bag:
             monitor, unreadable = check_bag(bag)
     except BagError as error:
-        print_message(str(error))
+        print(f'policies: {error}', file=sys.stderr)
         return False
     for violation in list(monitor.violations)[:SHOWN]:
         print(f'{path}: {violation.time:.3f} s: {violation.policy}: {violation.sentence}')
@@ -65,7 +65,7 @@ def _check(path: Path) -> bool:
 
 def main() -> None:
     """Entry point of `policies`."""
-    app(prog_name='policies')
+    app()
 
 
 if __name__ == '__main__':

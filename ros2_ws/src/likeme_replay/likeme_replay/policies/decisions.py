@@ -21,13 +21,14 @@ ASKING_MODES = ('interactive', 'sequential')
 
 
 class DecisionsFollowDemonstrations(Policy):
-    """No decision is made without a demonstration of its object before it."""
+    """No decision is made without a demonstration, or a joint goal, of its object before it."""
 
     def on_decision(self, message: Any, _: float) -> Found:
         shown, first = stamp_ns(message.demonstration), self.seen.first_stamp
         if first is None or shown < first:
             return
-        if (shown, message.object) not in self.seen.demonstrations:
+        known = self.seen.demonstrations.keys() | self.seen.joint_goals.keys()
+        if (shown, message.object) not in known:
             yield f'Expected a demonstration of {message.object} at {shown} ns, got none.'
 
 
@@ -75,6 +76,9 @@ class DecisionsKeepTheBelief(Policy):
 
     def on_decision(self, message: Any, _: float) -> Found:
         belief = self.seen.beliefs.get((stamp_ns(message.demonstration), message.object))
+        if self.seen.is_repeated(message):
+            # The operator may have named another goal since.
+            return
         if belief is None or belief.model != message.model or self._changed:
             return
         if message.goal != belief.goal or not close(message.goal_posterior, belief.posterior):
@@ -150,10 +154,12 @@ class AtGoalIsAtTheGoal(Policy):
 
 
 class AsksOnlyBelowTheThreshold(Policy):
-    """It asks only where it is less sure than the threshold, or no action leads to the goal."""
+    """Asking by threshold, it asks only below it, where no action helps, or one was not free."""
 
     def on_decision(self, message: Any, _: float) -> Found:
         if message.kind != ASK_HUMAN or message.mode not in ASKING_MODES:
+            return
+        if not self.seen.by_threshold(message) or self.seen.was_not_free(message):
             return
         sure = _sureness(message)
         if sure > message.threshold + SAME and message.plan_value > 0:
@@ -161,10 +167,12 @@ class AsksOnlyBelowTheThreshold(Policy):
 
 
 class ActsOnlyAtTheThreshold(Policy):
-    """Where it may ask, it acts only if it is as sure as the threshold demands."""
+    """Asking by threshold, it acts only if it is as sure as the threshold demands."""
 
     def on_decision(self, message: Any, _: float) -> Found:
         if message.kind != EXECUTE or message.mode not in ASKING_MODES:
+            return
+        if not self.seen.by_threshold(message):
             return
         sure = _sureness(message)
         if sure < message.threshold - SAME:
@@ -180,7 +188,7 @@ class OnlyAskingModesAsk(Policy):
 
 
 class BudgetCountsDown(Policy):
-    """Actions left go down by one with each action on one demonstration; else there is one."""
+    """Actions left go down with each action begun for one demonstration; else there is one."""
 
     def __init__(self, seen: Seen, bounds: Bounds) -> None:
         super().__init__(seen, bounds)
@@ -196,9 +204,12 @@ class BudgetCountsDown(Policy):
             return
         if last is None or last.mode != 'sequential' or last.kind != EXECUTE:
             return
-        follows = stamp_ns(last.demonstration) == stamp_ns(message.demonstration)
-        if follows and message.actions_left >= max(1, last.actions_left):
-            yield f'Expected less than {last.actions_left} actions, got {message.actions_left}.'
+        same = stamp_ns(last.demonstration) == stamp_ns(message.demonstration)
+        if not same or last.object != message.object:
+            return
+        most = last.actions_left - 1 + self.seen.was_not_free(last)
+        if message.actions_left > max(0, most):
+            yield f'Expected at most {most} actions, got {message.actions_left}.'
 
 
 class DecidesOnASettledTable(Policy):
@@ -218,11 +229,17 @@ class DecidesOnASettledTable(Policy):
 
 
 class OneDecisionAtATime(Policy):
-    """No decision is made while another one waits for its outcome."""
+    """No decision is made while another one waits for its outcome.
+
+    A question that nobody has answered waits beside decisions on other objects.
+    """
 
     def on_decision(self, message: Any, _: float) -> Found:
         waiting = self.seen.open_decision
-        if waiting is not None and waiting.id != message.id:
+        if waiting is None or waiting.id == message.id:
+            return
+        unanswered = waiting.kind == ASK_HUMAN and int(waiting.id) not in self.seen.answers
+        if not unanswered or waiting.object == message.object:
             yield f'Expected the outcome of decision {waiting.id} first, got {message.id}.'
 
 

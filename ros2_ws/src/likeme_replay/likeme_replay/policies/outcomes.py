@@ -14,9 +14,11 @@ from likeme_replay.policies.seen import (
     DONE_BY_HAND,
     ENDED,
     EXECUTE,
+    GOAL_NAMED,
     HEARD_ANSWER,
     MISSED,
     MOVED,
+    NAME_GOAL,
     NOBODY,
     NONE,
     REACHED,
@@ -28,6 +30,9 @@ from likeme_replay.policies.seen import (
     stamp_of,
     state_in,
 )
+
+#: Answers by which nothing moves: an outcome follows at once, or the next view.
+ENDING = (DONE_BY_HAND, SKIP, NAME_GOAL)
 
 
 class OutcomesOfDecisions(Policy):
@@ -98,16 +103,16 @@ class OutcomesNameTheAct(Policy):
                 yield f'Expected the predicted success {given}.'
 
 
-class SkippedByAnOperator(Policy):
-    """SKIPPED is the outcome of a question that an operator skipped."""
+class EndedByAnAnswer(Policy):
+    """SKIPPED and GOAL_NAMED are outcomes of questions that an operator answered so."""
 
     def on_outcome(self, message: Any, _: float) -> Found:
-        if message.result != SKIPPED:
+        if message.result not in (SKIPPED, GOAL_NAMED):
             return
         decision = self.seen.decisions.get(int(message.decision_id))
         asked = decision is None or decision.kind == ASK_HUMAN
         if not asked or message.actor != NOBODY:
-            yield f'Expected a question that was skipped, got decision {message.decision_id}.'
+            yield f'Expected a question that was answered, got decision {message.decision_id}.'
 
 
 class OutcomesAgreeWithTheArm(Policy):
@@ -139,17 +144,15 @@ class EveryMotionIsFollowedUp(Expectant):
 
     def on_motion(self, message: Any, now: float) -> Found:
         decision = decision_of(message.id)
-        if message.state == ENDED and decision is not None:
-            open_decision = self.seen.open_decision
-            if open_decision is not None and open_decision.id == decision:
-                self._expect(decision, now)
+        if message.state == ENDED and decision is not None and self.seen.is_open(decision):
+            self._expect(decision, now)
         yield from ()
 
     def on_heard(self, message: Any, now: float) -> Found:
-        asking = self.seen.open_decision
-        by_hand = message.kind == HEARD_ANSWER and message.answer in (DONE_BY_HAND, SKIP)
-        if by_hand and not message.refused and asking is not None and asking.kind == ASK_HUMAN:
-            self._expect(int(asking.id), now)
+        by_hand = message.kind == HEARD_ANSWER and message.answer in ENDING
+        asked = self.seen.answered(message) if by_hand and not message.refused else None
+        if asked is not None and self.seen.is_open(int(asked.id)):
+            self._expect(int(asked.id), now)
         yield from ()
 
     def on_outcome(self, message: Any, _: float) -> Found:
@@ -170,10 +173,10 @@ class EveryActIsTried(Expectant):
         yield from ()
 
     def on_heard(self, message: Any, now: float) -> Found:
-        asking = self.seen.open_decision
         tried = message.kind == HEARD_ANSWER and message.answer == TRY_ANYWAY
-        if tried and not message.refused and asking is not None and asking.kind == ASK_HUMAN:
-            self._expect(int(asking.id), now)
+        asked = self.seen.answered(message) if tried and not message.refused else None
+        if asked is not None and self.seen.is_open(int(asked.id)):
+            self._expect(int(asked.id), now)
         yield from ()
 
     def on_motion(self, message: Any, _: float) -> Found:

@@ -24,6 +24,8 @@ TOPICS = {
     'demonstration': 'likeme_msgs/msg/Demonstration',
     'heard': 'likeme_msgs/msg/Heard',
     'goal_belief': 'likeme_msgs/msg/GoalBelief',
+    'joint_goal_belief': 'likeme_msgs/msg/JointGoalBelief',
+    'decision_record': 'std_msgs/msg/String',
     'decision': 'likeme_msgs/msg/Decision',
     'outcome': 'likeme_msgs/msg/Outcome',
     'motion': 'likeme_msgs/msg/Motion',

@@ -26,7 +26,9 @@ class QuestionsAreAsked(Expectant):
 
     def on_heard(self, message: Any, _: float) -> Found:
         if message.kind == HEARD_ANSWER and not message.refused:
-            self._expected.clear()
+            asked = self.seen.answered(message)
+            if asked is not None:
+                self._expected.meet(int(asked.id))
         yield from ()
 
     def on_outcome(self, message: Any, _: float) -> Found:
@@ -85,7 +87,7 @@ class AnswersCountOnce(Policy):
     def on_heard(self, message: Any, _: float) -> Found:
         if message.kind != HEARD_ANSWER or message.refused:
             return
-        asking = self.seen.asking
+        asking = self.seen.answered(message)
         if asking is None:
             if self.seen.decisions:
                 yield 'Expected an open question when an answer is taken, got none.'

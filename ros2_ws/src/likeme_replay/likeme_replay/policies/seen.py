@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
@@ -14,16 +15,18 @@ EXECUTE, ASK_HUMAN, AT_GOAL, NO_ACTION = range(4)
 UNDER_WAY, ENDED = 1, 2
 ROBOT, HUMAN, NOBODY = range(3)
 #: Results, see likeme_msgs/Outcome.
-REACHED, MISSED, NOT_SEEN, ARM_FAILED, SKIPPED = range(5)
+REACHED, MISSED, NOT_SEEN, ARM_FAILED, SKIPPED, GOAL_NAMED = range(6)
 #: Outcomes of motions, see likeme_msgs/ExecuteAction.
-COMPLETED, HELD, LOST = 0, 3, 13
+COMPLETED, HELD, LOST, NOT_FREE = 0, 3, 13, 14
 #: Those after which an object may be elsewhere: COMPLETED ... HELD, FAILED, LOST.
 MOVED = (0, 1, 2, 3, 10, 13)
 #: Kinds of heard inputs, see likeme_msgs/Heard, and answers, see likeme_msgs/AskHuman.
 HEARD_TABLE, HEARD_DEMONSTRATION, HEARD_MOTION, HEARD_ANSWER, HEARD_SILENCE = range(5)
-DONE_BY_HAND, TRY_ANYWAY, SKIP = range(3)
+DONE_BY_HAND, TRY_ANYWAY, SKIP, NAME_GOAL = range(4)
 #: A missing action or motion outcome; the state of an object that is not seen.
 NONE = UNKNOWN = 255
+#: A decision that asks by the threshold, as records of decisions name it.
+THRESHOLD = 'THRESHOLD'
 #: A stamp that goes back by more means that time began anew (a bag, another camera), ns.
 TIME_JUMP = 1_000_000_000
 
@@ -52,7 +55,10 @@ class Seen:
         tables: table states by stamp, ns.
         newest_table: the last one.
         demonstrations, beliefs: by stamp (ns) and object.
+        joint_goals: the last belief by stamp of the demonstration (ns) and object.
         decisions, outcomes: by the decision's id; the last one is the latest.
+        asking: what decided whether a decision asks (tabletop.asking.Asking), by its id, as far
+            as records of decisions tell.
         answers: answers that the session took, by the decision's id.
         motions: the last report of each motion by its id.
         hold: the last HoldState of the keeper, and when it came and when it last changed, s.
@@ -65,8 +71,10 @@ class Seen:
         self.newest_table: Any = None
         self.demonstrations: Recent[Any] = Recent(100)
         self.beliefs: Recent[Any] = Recent(100)
+        self.joint_goals: Recent[Any] = Recent(1000)
         self.decisions: Recent[Any] = Recent(100)
         self.outcomes: Recent[Any] = Recent(100)
+        self.asking: Recent[str] = Recent(100)
         self.answers: Recent[int] = Recent(100)
         self.motions: Recent[Any] = Recent(1000)
         self.hold: Any = None
@@ -77,6 +85,8 @@ class Seen:
             'table_state': self._on_table_state,
             'demonstration': self._on_demonstration,
             'goal_belief': self._on_belief,
+            'joint_goal_belief': self._on_joint_belief,
+            'decision_record': self._on_record,
             'decision': self._on_decision,
             'heard': self._on_heard,
             'outcome': self._on_outcome,
@@ -97,17 +107,39 @@ class Seen:
             return None
         return None if latest.id in self.outcomes else latest
 
-    @property
-    def asking(self) -> Any:
-        """The latest decision, if it asks and has no outcome, or was skipped; None if not.
+    def is_open(self, number: int) -> bool:
+        """Whether a decision to act or to ask has no outcome yet."""
+        decision = self.decisions.get(number)
+        if decision is None or decision.kind not in (EXECUTE, ASK_HUMAN):
+            return False
+        return number not in self.outcomes
 
-        An answer is acknowledged after the outcome that it leads to.
+    def answered(self, heard: Any) -> Any:
+        """The decision that an answer is about: it asks and has no outcome, or the answer's.
+
+        None if there is none. An answer is acknowledged after the outcome that it leads to. One
+        that was recorded before there could be several questions is about the latest.
         """
-        latest = self.decision
-        if latest is None or latest.kind != ASK_HUMAN:
+        name = getattr(heard, 'object', '')
+        about = [each for each in self.decisions.values() if each.object == name or not name]
+        asked = about[-1] if about else None
+        if asked is None or asked.kind != ASK_HUMAN:
             return None
-        outcome = self.outcomes.get(int(latest.id))
-        return latest if outcome is None or outcome.result == SKIPPED else None
+        outcome = self.outcomes.get(int(asked.id))
+        return asked if outcome is None or outcome.result in (SKIPPED, GOAL_NAMED) else None
+
+    def by_threshold(self, decision: Any) -> bool:
+        """Whether a decision compares with the threshold alone, as in the paper."""
+        return self.asking.get(int(decision.id), THRESHOLD) == THRESHOLD
+
+    def was_not_free(self, decision: Any) -> bool:
+        """Whether the arm did not begin a decision's action for the same demonstration before."""
+        wanted = _attempt(decision)
+        return any(
+            outcome.motion_outcome == NOT_FREE and number in self.decisions
+            and _attempt(self.decisions[number]) == wanted
+            for number, outcome in self.outcomes.items()
+        )  # fmt: skip
 
     def is_repeated(self, decision: Any) -> bool:
         """Whether a decision was published before, as by a node that was restarted."""
@@ -136,6 +168,18 @@ class Seen:
     def _on_belief(self, message: Any, _: float) -> None:
         self.beliefs[stamp_of(message), message.object] = message
 
+    def _on_joint_belief(self, message: Any, _: float) -> None:
+        for name in message.objects if message.stopped else ():
+            self.joint_goals[stamp_ns(message.demonstration), name] = message
+
+    def _on_record(self, message: Any, _: float) -> None:
+        try:
+            record = json.loads(message.data)
+            self.asking[int(record['decision']['id'])] = str(record['settings']['asking'])
+        except (ValueError, KeyError, TypeError):
+            # Of a version that asks by the threshold alone.
+            return
+
     def _on_decision(self, message: Any, _: float) -> None:
         number = int(message.id)
         if not self.is_repeated(message):
@@ -148,9 +192,11 @@ class Seen:
         self.outcomes[int(message.decision_id)] = message
 
     def _on_heard(self, message: Any, _: float) -> None:
-        asking = self.asking
-        if message.kind == HEARD_ANSWER and not message.refused and asking is not None:
-            self.answers[int(asking.id)] = int(message.answer)
+        if message.kind != HEARD_ANSWER or message.refused:
+            return
+        asked = self.answered(message)
+        if asked is not None:
+            self.answers[int(asked.id)] = int(message.answer)
 
     def _on_motion(self, message: Any, _: float) -> None:
         self.motions[message.id] = message
@@ -159,6 +205,11 @@ class Seen:
         if self.hold is None or self.hold.held != message.held:
             self.hold_changed = now
         self.hold, self.hold_heard = message, now
+
+
+def _attempt(decision: Any) -> tuple[Any, ...]:
+    shown = stamp_ns(decision.demonstration)
+    return shown, decision.object, decision.x_i, decision.action
 
 
 def stamp_of(message: Any) -> int:

@@ -16,4 +16,6 @@ def hear_again_message(item: SessionInput) -> Heard:
         message.motion_outcome = int(item.message.motion_outcome)
         message.finished = time_msg(stamp_ns(item.message.finished))
         message.answer, message.message = int(item.message.answer), str(item.message.message)
+        # Not in messages recorded before there could be several questions.
+        message.object = str(getattr(item.message, 'object', ''))
     return message

@@ -23,7 +23,8 @@ from likeme_replay.policies.policy import QUESTIONS, TOPICS
 
 #: Topics whose publishers keep messages for late subscribers.
 LATCHED_TOPICS = (
-    'world', 'goal_belief', 'decision', 'outcome', 'motion', 'cell/hold_state', 'cell/holds'
+    'world', 'goal_belief', 'decision_record', 'decision', 'outcome', 'motion', 'cell/hold_state',
+    'cell/holds',
 )  # fmt: skip
 BEST_EFFORT_TOPICS = ('heartbeat',)
 QUEUE_DEPTH = 200

@@ -7,7 +7,7 @@ import math
 import signal
 import time
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -163,9 +163,16 @@ class RecordingGaps(NamedTuple):
 
 
 def record_topics(
-    recording: Recording, wanted: Collection[str] | None, duration: float | None, domain: int
+    recording: Recording,
+    wanted: Collection[str] | None,
+    duration: float | None,
+    domain: int,
+    tick: Callable[[], None],
 ) -> RecordingGaps:
-    """Record until SIGINT or SIGTERM, or for some seconds, and close the bag."""
+    """Record until SIGINT or SIGTERM, or for some seconds, and close the bag.
+
+    tick: called about ten times a second at least.
+    """
     signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda received, _: signals.append(received))
@@ -176,6 +183,7 @@ def record_topics(
     end = math.inf if duration is None else time.monotonic() + duration
     while not signals and not recording.error and time.monotonic() < end:
         executor.spin_once(timeout_sec=0.1)
+        tick()
     executor.shutdown()
     gaps = RecordingGaps(node.missing, node.lost, node.unusable)
     node.destroy_node()

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar
 
+import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from likeme_core.cli import set_discovery
 
 
 class ReplayFailedError(Exception):
@@ -45,3 +50,21 @@ class WaitingNode(Node):
     def spin(self, seconds: float) -> None:
         """Run one callback, the first that is ready within so many s."""
         self._executor.spin_once(timeout_sec=seconds)
+
+
+Kind = TypeVar('Kind', bound=WaitingNode)
+
+
+@contextmanager
+def node_on_domain(create: Callable[[], Kind], domain: int, network: bool) -> Iterator[Kind]:
+    """A node on a ROS domain of this host, or of the subnet; signals stay the caller's."""
+    set_discovery(network)
+    rclpy.init(args=[], domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = create()
+        try:
+            yield node
+        finally:
+            node.close()
+    finally:
+        rclpy.try_shutdown()

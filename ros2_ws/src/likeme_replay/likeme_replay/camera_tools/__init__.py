@@ -1,0 +1,1 @@
+"""Tools of a person who sets up a camera: see, calibrate, teach."""
