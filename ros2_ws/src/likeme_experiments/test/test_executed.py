@@ -32,6 +32,7 @@ from likeme_experiments.evaluation.intervals import (
 )
 from likeme_experiments.evaluation.sequential import sequential
 from likeme_experiments.evaluation.table1 import MODES, table1
+from likeme_experiments.reproductions.executed import refused_shares
 from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.planning import plan, spread
@@ -145,6 +146,13 @@ EPISODES = [
     # Nobody saw what was shown.
     ImitationEpisode(CASE, 3, (), {'ml': {}}),
 ]
+
+
+def test_the_share_of_refused_actions_is_of_all_actions_of_a_mode() -> None:
+    refused = ImitationResult((PUSH_RIGHT,), (LEFT,), False, refused=1)
+    crowded = ImitationEpisode(CASE, 4, (), {'ml': {Mode.GOAL_BASED: refused}})
+    shares = refused_shares([*EPISODES, crowded], 'ml')
+    assert shares == {'trajectory': 0, 'goal_based': 1 / 4, 'interactive': 0, 'sequential': 0}
 
 
 def predicted(name: str, x_i: int, action: int, x_f: int) -> float:

@@ -77,6 +77,7 @@ def test_fig_6(monkeypatch: pytest.MonkeyPatch) -> None:
     assert report.figure is not None
     assert len(report.figure().axes) == 2
     assert '35 deg' in report.text
+    assert max(map(len, report.text.splitlines())) <= 80
     detected = report.document['told_by_movements']
     assert detected['mentors_of_each_kind'] == 16
     assert (

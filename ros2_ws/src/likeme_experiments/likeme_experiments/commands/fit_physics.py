@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import Progress, TaskID
 
 from likeme_arm_sim.fitted_parameters import fitted_values
+from likeme_core.cli import MAX_SEED
 from likeme_core.paper_world import WORLD
 from likeme_core.typer_app import App
 from likeme_experiments.physics_fit.deviance import deviance
@@ -42,7 +43,9 @@ def main(
     out: Annotated[
         Path, typer.Option(help='Folder of trials and results; a stopped search continues there.')
     ] = Path('out/fit_physics'),
-    seed: Annotated[int, typer.Option(min=0, help='Seed of the search and its trials.')] = 1,
+    seed: Annotated[
+        int, typer.Option(min=0, max=MAX_SEED, help='Seed of the search and its trials.')
+    ] = 1,
     workers: Annotated[int, typer.Option(min=1, help='Worker processes.')] = 2,
     evaluate_only: Annotated[
         bool,
@@ -119,7 +122,7 @@ def _best_of(
 
 def run() -> None:
     """Console entry point."""
-    app(prog_name='fit_physics')
+    app()
 
 
 if __name__ == '__main__':

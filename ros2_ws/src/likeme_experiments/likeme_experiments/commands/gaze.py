@@ -148,7 +148,7 @@ def run() -> None:
     """Console entry point."""
     app = App(add_completion=False, rich_markup_mode=None)
     app.command()(main)
-    app(prog_name='gaze')
+    app()
 
 
 if __name__ == '__main__':

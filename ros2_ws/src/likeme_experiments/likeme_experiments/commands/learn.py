@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Callable
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, closing
@@ -14,7 +15,7 @@ from typing import Annotated, NamedTuple
 import typer
 from rich.console import Console
 
-from likeme_core.cli import WORLD_DEFAULT, Domain, WorldOption
+from likeme_core.cli import MAX_SEED, WORLD_DEFAULT, Domain, WorldOption
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.typer_app import App
 from likeme_core.world import World
@@ -27,13 +28,15 @@ from likeme_experiments.commands.learn_store import (
     import_command,
     summary_command,
 )
-from likeme_experiments.learning.campaigns import PolicyName, campaign_of
+from likeme_experiments.learning.campaigns import PolicyName, Resets, campaign_of
+from likeme_experiments.learning.reset_prompt import ResetPrompt
 from likeme_experiments.learning.store_location import default_place, open_store
 from likeme_experiments.learning.trial_observation import CellGoneError, TrialVoidError
 from likeme_experiments.learning.trial_reporter import TrialReporter
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.store_error import StoreError
+from likeme_inference.keyboard import Keyboard
 
 app = App(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 app.command('summary')(summary_command)
@@ -41,6 +44,8 @@ app.command('export')(export_command)
 app.command('import')(import_command)
 console = Console()
 NO_CELL, INTERRUPTED = 3, 130
+#: Parts of a cell that a person sets up: without inference, which would imitate the person.
+WATCHED_PARTS = 'hold', 'arm', 'perception'
 
 
 class ExitStatus(NamedTuple):
@@ -69,18 +74,29 @@ def learn_command(
     ] = None,
     with_cell: Annotated[
         bool,
-        typer.Option('--with-cell', help='Live: start a cell first, without real-time pacing.'),
+        typer.Option(
+            '--with-cell', help='Live: start a cell first; it runs in real time with people.'
+        ),
     ] = False,
     policy: Annotated[
         PolicyName, typer.Option(help='How the next trial is chosen.')
     ] = PolicyName.SYSTEMATIC,
+    resets: Annotated[
+        Resets,
+        typer.Option(
+            help='Live: who sets the table up; human: as little as possible, asked for here.'
+        ),
+    ] = Resets.SIMULATOR,
     repetitions: Annotated[
-        int, typer.Option(min=1, help='systematic: trials of each object, state and action.')
-    ] = 10,
+        int | None,
+        typer.Option(
+            min=1, help='systematic: trials of each object, state and action. Default: 10.'
+        ),
+    ] = None,
     trials: Annotated[
         int | None, typer.Option(min=1, help='random, information-gain: trials in all.')
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help='Seed of the campaign.')] = 1,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_SEED, help='Seed of the campaign.')] = 1,
     objects: Annotated[
         list[str] | None, typer.Option('--object', help='Only this object; may be repeated.')
     ] = None,
@@ -98,18 +114,49 @@ def learn_command(
         raise typer.BadParameter('--workers and --scheduler are for --offline.')
     if offline and (with_cell or robot):
         raise typer.BadParameter('--with-cell and --robot are for the live cell.')
-    # Takes a second to import; export and summary do not need it.
-    from likeme_experiments.learning.robot_identity import simulated_robot
-
+    if policy is PolicyName.SYSTEMATIC and trials is not None:
+        raise typer.BadParameter('--trials is for the other policies; systematic: --repetitions.')
+    if policy is not PolicyName.SYSTEMATIC and repetitions is not None:
+        raise typer.BadParameter(f'--repetitions is for --policy systematic; {policy}: --trials.')
+    by_hand = resets is Resets.HUMAN
+    if by_hand:
+        _check_by_hand(offline, with_cell, robot, policy)
     names = _objects(world, objects)
-    kind, name = 'offline' if offline else 'live', robot or simulated_robot(world)
+    kind = 'offline' if offline else 'human' if by_hand else 'live'
+    name = robot or _simulated_robot(world)
     campaign = campaign_of(world, kind, name, seed, names, policy, repetitions, trials)
     if offline:
         count = workers or len(os.sched_getaffinity(0))
         code = _learn(campaign, store, partial(_offline, count, scheduler))
     else:
-        code = _learn(campaign, store, partial(_live, domain, with_cell))
+        code = _learn(campaign, store, partial(_live, domain, with_cell, by_hand))
     raise typer.Exit(code)
+
+
+def _simulated_robot(world: World) -> str:
+    # Takes a second to import; a named robot, export and summary do not need it.
+    from likeme_experiments.learning.robot_identity import simulated_robot
+
+    return simulated_robot(world)
+
+
+def _check_by_hand(offline: bool, with_cell: bool, robot: str | None, policy: PolicyName) -> None:
+    """Refuse options that do not go with people's resets.
+
+    Raises:
+        typer.BadParameter: saying which.
+    """
+    if offline:
+        raise typer.BadParameter('--resets human is for the live cell, not for --offline.')
+    if robot is None and not with_cell:
+        raise typer.BadParameter(
+            'Expected --robot NAME with --resets human, as trials of a real arm must not be '
+            "taken for the simulated robot's, got none."
+        )
+    if policy is PolicyName.INFORMATION_GAIN:
+        raise typer.BadParameter(
+            '--resets human plans ahead; information-gain chooses each trial after the last.'
+        )
 
 
 Learn = Callable[[Progress, ExperienceStore, TrialReporter], ExitStatus]
@@ -165,30 +212,50 @@ def _offline(
 def _live(
     domain: int,
     with_cell: bool,
+    by_hand: bool,
     progress: Progress,
     store: ExperienceStore,
     reporter: TrialReporter,
 ) -> ExitStatus:
+    from likeme_core.ros.diagnostics import software_version
     from likeme_experiments.learning.managed_cell import CellCrashedError, managed_cell
-    from likeme_experiments.learning.trial_cell import software_version
+    from likeme_experiments.ros.explorer_node import ExplorerNode
+    from likeme_experiments.ros.human_reset_learning import HumanResetLearner
     from likeme_experiments.ros.live_learning import LiveLearner, explorer
+    from likeme_experiments.ros.table_explorer_node import ImitationActiveError, TableExplorerNode
 
+    world, left = progress.campaign.world, ''
     try:
         with ExitStack() as stack:
             stack.enter_context(claim(domain, ['explorer']))
-            world = progress.campaign.world
-            node = stack.enter_context(explorer(domain, world))
             log = Path(default_place(world)).with_name('learn') / 'cell.log'
             cell = None
             if with_cell:
-                cell = stack.enter_context(managed_cell(world, domain, 0, log, reporter.print))
-            learner = LiveLearner(node, reporter, software_version(), cell)
-            learner.learn(progress, store)
+                factor, parts = (1, WATCHED_PARTS) if by_hand else (0, ())
+                managed = managed_cell(world, domain, factor, log, reporter.print, parts)
+                cell = stack.enter_context(managed)
+            version = software_version()
+            if by_hand:
+                table_node = stack.enter_context(explorer(domain, world, TableExplorerNode))
+                prompt = ResetPrompt(
+                    world, Keyboard(sys.stdin.fileno()), reporter.print, table_node.wait_for
+                )
+                learner = HumanResetLearner(table_node, reporter, version, cell, prompt)
+                stack.callback(lambda: reporter.print(learner.summary()))
+                learner.learn(progress, store)
+                left = learner.left(progress)
+            else:
+                node = stack.enter_context(explorer(domain, world, ExplorerNode))
+                LiveLearner(node, reporter, version, cell).learn(progress, store)
     except CellGoneError as error:
         return ExitStatus(NO_CELL, str(error))
-    except (TrialVoidError, CellCrashedError, AlreadyRunningError) as error:
+    except EOFError:
+        return ExitStatus(FAILED, 'No more input: the request stays unanswered.')
+    except (
+        TrialVoidError, CellCrashedError, AlreadyRunningError, ImitationActiveError,
+    ) as error:  # fmt: skip
         return ExitStatus(FAILED, str(error))
-    return ExitStatus(DONE)
+    return ExitStatus(FAILED if left else DONE, left)
 
 
 def _objects(world: World, names: list[str] | None) -> tuple[str, ...]:
@@ -201,7 +268,7 @@ def _objects(world: World, names: list[str] | None) -> tuple[str, ...]:
 
 def run() -> None:
     """Console entry point."""
-    app(prog_name='learn')
+    app()
 
 
 if __name__ == '__main__':

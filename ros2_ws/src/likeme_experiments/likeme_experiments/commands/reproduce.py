@@ -46,6 +46,9 @@ def reproduce(
         str | None, typer.Option(help='shipped, learned, a model file, or an experience store.')
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help='Worker processes.')] = None,
+    together: Annotated[
+        bool, typer.Option('--together', help='Have all objects of the world on the table.')
+    ] = False,
     world: WorldOption = WORLD_DEFAULT,
     listing: Annotated[bool, typer.Option('--list', help='List the names and stop.')] = False,
 ) -> None:
@@ -56,11 +59,15 @@ def reproduce(
         return
     quick = [known for known, reproduction in REPRODUCTIONS.items() if reproduction.in_all]
     names = quick if name == 'all' else [name]
-    options = ReproductionOptions(world, seeds, model, workers)
+    options = ReproductionOptions(world, seeds, model, workers, together)
     _check(name, options)
     if out is not None:
         _make_folder(out)
-    reports = {each: _report(each, options) for each in names}
+    reports = {}
+    for number, each in enumerate(names, 1):
+        if len(names) > 1 and sys.stderr.isatty():
+            print(f'{each} ({number} of {len(names)})', file=sys.stderr)
+        reports[each] = _report(each, options)
     if as_json:
         documents = {each: report.document for each, report in reports.items()}
         print(
@@ -129,7 +136,7 @@ def _refuse(sentence: str) -> None:
 
 def run() -> None:
     """Console entry point."""
-    app(prog_name='reproduce')
+    app()
 
 
 if __name__ == '__main__':

@@ -25,12 +25,14 @@ class ImitationResult(NamedTuple):
         states: where the camera saw the object at rest after each; None: not seen.
         asked: whether the robot asked for help.
         helped: where the object was after the human helped; None: no help, or not seen.
+        refused: number of the actions that were not begun, since other objects were in the way.
     """
 
     actions: tuple[int, ...]
     states: tuple[int | None, ...]
     asked: bool
     helped: int | None = None
+    refused: int = 0
 
     def reached(self, x_f: int, approach: Approach) -> bool:
         """Whether the object came to rest in x_f, with human help if the approach allows it."""

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from likeme_core.progress_bar import counted
 from likeme_inference.tabletop.active_exploration import help_rate, information_gain
 from likeme_inference.tabletop.arrays import FloatArray, IntArray
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
@@ -62,7 +63,8 @@ def exploration(
     gain = np.zeros(counts.shape[:-1])
     weights, reached = START, []
     every, touched = np.arange(seeds), None
-    for trial in range(max(checkpoints)):
+    trials = range(max(checkpoints))
+    for trial in counted(trials, f'trials by {policy.value}', len(trials)):
         if policy is ExplorationStrategy.INFORMATION_GAIN:
             redraw_all = trial % (2 * REFIT) == 0
             if trial % REFIT == 0:

@@ -21,6 +21,7 @@ from likeme_inference.tabletop.dirichlet import CONCENTRATION, sample_transition
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.planning import spread
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.transition_model import TransitionModel
 
@@ -57,11 +58,11 @@ class Estimate(NamedTuple):
 
     Attributes:
         concentration: pseudo-count of every final state; 0: maximum likelihood.
-        shared: whether the prior is fitted to the trials of all objects instead.
+        prior: whether one fitted to the trials of all objects is used instead.
     """
 
     concentration: float = 0.0
-    shared: bool = False
+    prior: Prior = Prior.OWN
 
     def counted(self, model: RobotModel, name: str) -> TransitionModel:
         """The trials of one object with this prior."""
@@ -69,7 +70,7 @@ class Estimate(NamedTuple):
 
     def known(self, model: RobotModel, name: str) -> GoalModel:
         """The goal model the robot acts on."""
-        return model.goal_model(name, concentration=self.concentration, shared=self.shared)
+        return model.goal_model(name, concentration=self.concentration, prior=self.prior)
 
     def worlds(
         self, model: RobotModel, name: str, rng: np.random.Generator, samples: int

@@ -66,20 +66,21 @@ def predictive_interval(
 
 
 def calibration_error(
-    predicted: ArrayLike, achieved: ArrayLike, tries: ArrayLike, bins: int = BINS
+    predicted: ArrayLike, achieved: ArrayLike, tries: ArrayLike = 1.0, bins: int = BINS
 ) -> float:
     """Expected calibration error: mean over tries of |predicted - achieved| of their bin.
 
     Args:
         predicted: proportion of each cell, 0 to 1, shape [cell].
         achieved: likewise.
-        tries: of each cell, shape [cell].
+        tries: of each cell, shape [cell]; 1: one of each.
         bins: of the predicted proportion, equally wide.
 
     Raises:
         ValueError: no try at all.
     """
     p, q, n = (np.asarray(v, dtype=np.float64) for v in (predicted, achieved, tries))
+    n = np.broadcast_to(n, p.shape)
     if n.sum() <= 0:
         raise ValueError('Expected 1 try or more, got 0.')
     place = np.minimum((p * bins).astype(np.int64), bins - 1)

@@ -1,4 +1,4 @@
-"""Cells with one object, and a human action in one of them as perception reports it."""
+"""Cells with one object or all, and a human action in one of them as perception reports it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 
+import numpy as np
+
 from likeme_arm_sim.cell import Cell, CellSettings
 from likeme_core.observations import Demonstration
 from likeme_core.outcomes import Actor
-from likeme_core.tabletop import Action
+from likeme_core.tabletop import Action, State
 from likeme_core.world import World
 from likeme_experiments.evaluation.forecast import DemonstrationCase
 from likeme_experiments.learning.cell_perception import CellPerception
@@ -21,20 +23,25 @@ from likeme_perception.config import world_config
 
 #: Physics steps between frames during a human action: 12 Hz, as in the shipped recordings.
 STEPS_PER_FRAME = 20
+#: Separates the draw of the other objects' states from that of their places.
+OTHERS_STREAM = 3
 #: s of frames before the human action and after it.
 LEAD_IN, LEAD_OUT = 0.5, 1.5
 
 
 @contextmanager
-def temporary_cell(world: World, name: str) -> Iterator[Cell]:
+def temporary_cell(world: World, name: str, together: bool = False) -> Iterator[Cell]:
     """A new cell with one object, like the one in which the robot learned; closed at the end.
+
+    together: with all objects of the world.
 
     A human grasp changes the order in which bullet solves its constraints for good, so that later
     motions differ by rounding even after a restart: a cell with a human action is not used again.
     """
     # A cell holds tens of MB in reference cycles: free the last one before making another.
     gc.collect()
-    cell = Cell(world.only(name), BODY_SEED, CellSettings(initial_states={}))
+    own = world if together else world.only(name)
+    cell = Cell(own, BODY_SEED, CellSettings(initial_states={}))
     try:
         yield cell
     finally:
@@ -54,13 +61,23 @@ def new_perception(world: World, cell: Cell, background: Background | None) -> C
     return CellPerception(cell, world_config(world), world_catalogue(world), background)
 
 
-def demonstrate(world: World, case: DemonstrationCase, seed: int) -> tuple[Demonstration, ...]:
+def set_up(cell: Cell, name: str, x_i: State, seed: int) -> None:
+    """Restart the cell with the object in x_i; others, if it has any, in drawn states in reach."""
+    others = [other for other in cell.world.objects if other != name]
+    reachable = [state for state in cell.world.states if state not in cell.world.out_of_reach]
+    drawn = np.random.default_rng([seed, OTHERS_STREAM]).integers(len(reachable), size=len(others))
+    cell.restart(seed)
+    cell.reset([name, *others], [x_i, *(reachable[int(number)] for number in drawn)], seed)
+
+
+def demonstrate(
+    world: World, case: DemonstrationCase, seed: int, together: bool = False
+) -> tuple[Demonstration, ...]:
     """Demonstrate a case in a new cell; the demonstrations perception reports, in order."""
     action = world.action_of(case.manner, case.x_f)
     assert action is not None, "Cases are of the world's actions."
-    with temporary_cell(world, case.object) as cell:
-        cell.restart(seed)
-        cell.reset([case.object], [case.x_i], seed)
+    with temporary_cell(world, case.object, together) as cell:
+        set_up(cell, case.object, case.x_i, seed)
         perception = new_perception(world, cell, background_of(world, case.object))
         return human_action(cell, perception, case.object, action)
 

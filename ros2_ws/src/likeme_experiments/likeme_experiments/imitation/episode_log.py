@@ -43,14 +43,17 @@ LIBRARIES = 'pybullet', 'numpy', 'opencv-python-headless'
 class EpisodeLog:
     """The episodes of one model, in a file to which whole lines are appended."""
 
-    def __init__(self, folder: Path, model_text: str, world: World) -> None:
-        """Open the model's log in `folder`, or create it.
+    def __init__(
+        self, folder: Path, model_text: str, world: World, together: bool = False
+    ) -> None:
+        """Open the model's log in `folder`, or create it; `together`: see make_episode.
 
         Raises:
             OSError: it cannot be read or made.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        self.path = folder / f'{fingerprint(model_text, world)}.jsonl'
+        suffix = '-together' if together else ''
+        self.path = folder / f'{fingerprint(model_text, world)}{suffix}.jsonl'
         self.episodes = dict(_read(self.path, world))
 
     def add(self, episode: ImitationEpisode) -> None:
@@ -113,8 +116,8 @@ def episode_of(document: dict[str, Any], world: World) -> ImitationEpisode:
     name, x_i, x_f, manner = document['case']
     results = {
         estimate: {
-            Mode(mode): ImitationResult(tuple(actions), tuple(states), asked, helped)
-            for mode, (actions, states, asked, helped) in modes.items()
+            Mode(mode): ImitationResult(tuple(actions), tuple(states), asked, helped, refused)
+            for mode, (actions, states, asked, helped, refused) in modes.items()
         }
         for estimate, modes in document['endings'].items()
     }

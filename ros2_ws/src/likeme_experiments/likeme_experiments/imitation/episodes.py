@@ -24,13 +24,14 @@ from likeme_experiments.imitation.imitation_cell import ImitationCell
 from likeme_experiments.learning.trial_cell import ATTEMPTS
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.model_parser import parse
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.robot_model import RobotModel
 
 #: Estimates of p(X_f | X_i, A) the robot may act on.
 ESTIMATES = {
     'maximum likelihood': Estimate(),
     'Dirichlet': Estimate(CONCENTRATION),
-    'shared prior': Estimate(shared=True),
+    'shared prior': Estimate(prior=Prior.SHARED),
 }
 
 
@@ -63,10 +64,13 @@ def tasks(world: World, objects: tuple[str, ...], seeds: int) -> list[EpisodeTas
     return [EpisodeTask(case, seed) for seed in range(seeds) for case in cases]
 
 
-def make_episode(task: EpisodeTask, model_text: str, source: str) -> ImitationEpisode:
+def make_episode(
+    task: EpisodeTask, model_text: str, source: str, together: bool = False
+) -> ImitationEpisode:
     """Make one episode: a human demonstrates, the robot imitates in every mode.
 
     model_text: the robot's model, as a model file. source: of the world, see World.source.
+    together: with all objects of the world on the table.
 
     Raises:
         EpisodeFailedError: the camera does not see the object in its start state.
@@ -74,10 +78,10 @@ def make_episode(task: EpisodeTask, model_text: str, source: str) -> ImitationEp
     # One episode uses one core; OpenCV's threads would compete with the other episodes.
     cv2.setNumThreads(1)
     model, world = _model(model_text), load_world(source)
-    found = demonstrate(world, task.case, task.seed_for('shown'))
+    found = demonstrate(world, task.case, task.seed_for('shown'), together)
     results: dict[str, dict[Mode, ImitationResult]] = {name: {} for name in ESTIMATES}
     if found:
-        with temporary_cell(world, task.case.object) as cell:
+        with temporary_cell(world, task.case.object, together) as cell:
             start = _start(world, task, cell)
             for name, estimate in ESTIMATES.items():
                 for mode in Mode:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from likeme_core.observations import Demonstration
+from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import Action, Mode
 from likeme_core.world import World
 from likeme_experiments.evaluation.episode import ImitationResult
@@ -22,8 +23,8 @@ def settings_of(world: World, mode: Mode, estimate: Estimate) -> ImitationSettin
     """Sequential mode asks when no action is left, the others by the paper's threshold."""
     threshold = 0.0 if mode is Mode.SEQUENTIAL else THRESHOLD
     return ImitationSettings(
-        world, mode, threshold, BUDGET, concentration=estimate.concentration,
-        shared_prior=estimate.shared, turn_delay=0.0,
+        world, mode, threshold, action_budget=BUDGET, concentration=estimate.concentration,
+        prior=estimate.prior, turn_delay=0.0,
     )  # fmt: skip
 
 
@@ -40,18 +41,20 @@ def imitate(
         session.observe_demonstration(replace(demonstration, stamp=0, start=0, end=0))
     actions: tuple[Action, ...] = ()
     states: tuple[int | None, ...] = ()
+    refused = 0
     output: Decision | Outcome | Remark | None = session.look(cell.start)
     while isinstance(output, Decision) and output.kind is Kind.EXECUTE:
         assert output.action is not None, 'A decision to execute has an action.'
         report, view = cell.execute(actions, output.action)
         actions = (*actions, output.action)
+        refused += report.outcome is MotionOutcome.NOT_FREE
         if session.motion_finished(report) is None and session.look(view) is None:
             session.nothing_seen()
         states = (*states, view.states.get(output.object))
         output = session.look_again()
     if not isinstance(output, Decision) or output.kind is not Kind.ASK_HUMAN:
-        return ImitationResult(actions, states, False)
+        return ImitationResult(actions, states, False, refused=refused)
     seen = cell.help(actions, output.goal)
     session.answered(Reply.DONE_BY_HAND)
     session.look(seen)
-    return ImitationResult(actions, states, True, seen.states.get(output.object))
+    return ImitationResult(actions, states, True, seen.states.get(output.object), refused)

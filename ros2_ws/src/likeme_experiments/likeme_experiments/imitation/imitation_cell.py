@@ -17,6 +17,7 @@ from likeme_experiments.imitation.demonstration import (
     background_of,
     human_action,
     new_perception,
+    set_up,
     temporary_cell,
 )
 from likeme_experiments.learning.cell_perception import FRAME_PERIOD, CellPerception
@@ -35,13 +36,15 @@ class ActionResult(NamedTuple):
 class ImitationCell:
     """One object in one start state; executes actions in a cell that the caller owns.
 
+    The cell may have other objects, of which the robot stays clear.
+
     Attributes:
         start: the settled table before any action.
         executed: how many actions were executed.
     """
 
     def __init__(self, world: World, cell: Cell, name: str, x_i: State, seed: int) -> None:
-        """cell: of this object, without human actions; nothing else may use it meanwhile."""
+        """cell: with this object, without human actions; nothing else may use it meanwhile."""
         self._world, self._cell, self._name = world, cell, name
         self._x_i, self._seed = x_i, seed
         self._done: Actions = ()
@@ -62,7 +65,8 @@ class ImitationCell:
     def help(self, before: Actions, goal: State) -> TableSnapshot:
         """The table after the actions `before` and a human who places the object at the goal."""
         if (before, goal) not in self._helped:
-            with temporary_cell(self._world, self._name) as cell:
+            together = len(self._cell.world.objects) > 1
+            with temporary_cell(self._world, self._name, together) as cell:
                 perception = self._reset(cell)
                 perception.wait_until_settled()
                 for action in before:
@@ -84,13 +88,14 @@ class ImitationCell:
         return self._perception.wait_until_settled().snapshot
 
     def _reset(self, cell: Cell) -> CellPerception:
-        cell.restart(self._seed)
-        cell.reset([self._name], [self._x_i], self._seed)
+        set_up(cell, self._name, self._x_i, self._seed)
         return new_perception(self._world, cell, background_of(self._world, self._name))
 
     def _execute(self, cell: Cell, perception: CellPerception, action: Action) -> ActionResult:
         self.executed += 1
-        ended = cell.run_action(Actor.ROBOT, self._name, action, perception.look)
+        ended = cell.run_action(
+            Actor.ROBOT, self._name, action, perception.look, others=perception.others
+        )
         finished = 0 if ended.finished is None else round(ended.finished * 1e9)
         report = MotionReport(MotionOutcome(int(ended.outcome)), ended.message, finished)
         # The result is read from a frame that is newer than the motion.

@@ -9,12 +9,12 @@ from itertools import islice
 
 from rich.console import Console
 
+from likeme_core.progress_bar import ProgressBar
 from likeme_core.world import World
 from likeme_experiments.evaluation.episode import ImitationEpisode
 from likeme_experiments.imitation.episode_log import EpisodeLog
 from likeme_experiments.imitation.episodes import EpisodeTask, make_episode
 from likeme_experiments.learning.offline import WorkerPool, local_pool
-from likeme_experiments.progress_bar import ProgressBar
 
 #: s between lines where there is no terminal.
 LINE_PERIOD = 20.0
@@ -27,6 +27,7 @@ def episodes(
     log: EpisodeLog,
     workers: int,
     console: Console,
+    together: bool = False,
 ) -> list[ImitationEpisode]:
     """The wanted episodes, in this order; those that are not in the log are made and added.
 
@@ -42,7 +43,7 @@ def episodes(
             bar = ProgressBar(console, 'episodes', len(wanted), done, LINE_PERIOD)
             with local_pool(workers) as pool, bar.shown():
                 for number, made in enumerate(
-                    _made(pool, missing, model_text, world.source), done + 1
+                    _made(pool, missing, model_text, world.source, together), done + 1
                 ):
                     log.add(made)
                     bar.advance(f'{number} of {len(wanted)} episodes')
@@ -57,7 +58,11 @@ def episodes(
 
 
 def _made(
-    pool: WorkerPool, missing: Sequence[EpisodeTask], model_text: str, source: str
+    pool: WorkerPool,
+    missing: Sequence[EpisodeTask],
+    model_text: str,
+    source: str,
+    together: bool,
 ) -> Iterator[ImitationEpisode]:
     """Episodes in the order they are finished.
 
@@ -66,7 +71,7 @@ def _made(
     tasks, running = iter(missing), set[Future[ImitationEpisode]]()
     while True:
         for task in islice(tasks, pool.size - len(running)):
-            running.add(pool.executor.submit(make_episode, task, model_text, source))
+            running.add(pool.executor.submit(make_episode, task, model_text, source, together))
         if not running:
             return
         done, running = wait(running, return_when=FIRST_COMPLETED)

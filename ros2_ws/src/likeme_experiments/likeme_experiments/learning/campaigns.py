@@ -23,6 +23,15 @@ class PolicyName(StrEnum):
     INFORMATION_GAIN = 'information-gain'
 
 
+class Resets(StrEnum):
+    """Who sets the table up between trials."""
+
+    SIMULATOR = 'simulator'
+    HUMAN = 'human'
+
+
+#: Trials of each pair, as in the paper.
+REPETITIONS = 10
 #: Name -> (number of pairs, repetitions, trials or None) -> policy.
 POLICIES: dict[PolicyName, Callable[[int, int, int | None], ExplorationPolicy]] = {
     PolicyName.SYSTEMATIC: lambda _pairs, repetitions, _trials: Systematic(repetitions),
@@ -43,14 +52,15 @@ def campaign_of(
     seed: int,
     objects: tuple[str, ...],
     policy: PolicyName,
-    repetitions: int,
+    repetitions: int | None,
     trials: int | None,
 ) -> Campaign:
     """A campaign.
 
-    kind: 'offline', whose trials follow from the seed alone, or 'live'. The name holds kind and
-    seed, not the policy: a trial is the same however it was chosen.
+    kind: 'offline', whose trials follow from the seed alone, 'live', or 'human': people set the
+    table up, so that objects lie elsewhere within their states, and others are on the table. The
+    name holds kind and seed, not the policy: a trial is the same however it was chosen.
     """
     pairs = len(objects) * len(world.states) * len(world.actions)
-    chosen = POLICIES[policy](pairs, repetitions, trials)
+    chosen = POLICIES[policy](pairs, repetitions or REPETITIONS, trials)
     return Campaign(world, robot, f'{kind}-{seed}', seed, objects, chosen)

@@ -74,6 +74,12 @@ class CellPerception:
             self._due = self._next_frame(table.object(name))
         return object_view(table.object(name))
 
+    def others(self, name: str) -> dict[str, ObjectView]:
+        """All objects but one as the arm receives them, as last seen."""
+        table = self._table or self.process_frame()
+        views = {seen.name: object_view(seen) for seen in table.objects if seen.name != name}
+        return {other: view for other, view in views.items() if view is not None}
+
     def process_frame(self) -> TableObservation:
         """Render a frame and process it."""
         images = self._cell.frame()
@@ -113,5 +119,5 @@ def object_view(seen: ObjectObservation) -> ObjectView | None:
     """An observed object as the arm receives it; None when it was never seen."""
     if seen.shape is None:
         return None
-    x, y, _ = seen.centroid
-    return ObjectView(x, y, seen.shape.yaw, seen.state)
+    (x, y, _), shape = seen.centroid, seen.shape
+    return ObjectView(x, y, shape.yaw, seen.state, shape.length, shape.width, shape.height)

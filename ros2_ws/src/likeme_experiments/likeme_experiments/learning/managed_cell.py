@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -31,10 +31,12 @@ class ManagedCell:
         real_time_factor: float,
         log: Path,
         report: Callable[[str], None],
+        parts: Sequence[str] = (),
     ) -> None:
         self._command = [
             sys.executable, '-m', 'likeme_bringup.start_cell', '--domain', str(domain),
             '--real-time-factor', str(real_time_factor), '--world', world.source, '--no-respawn',
+            *(word for part in parts for word in ('--only', part)),
         ]  # fmt: skip
         self._log, self._report = log, report
         self._process: subprocess.Popen[bytes] | None = None
@@ -82,14 +84,16 @@ def managed_cell(
     real_time_factor: float,
     log: Path,
     report: Callable[[str], None],
+    parts: Sequence[str] = (),
 ) -> Iterator[ManagedCell]:
     """A cell process that is stopped at the end.
 
     real_time_factor: simulated s per s during motions; 0: as fast as possible.
+    parts: of the cell, hold, arm, perception or inference; none: all.
     """
     log.parent.mkdir(parents=True, exist_ok=True)
     log.write_bytes(b'')
-    cell = ManagedCell(world, domain, real_time_factor, log, report)
+    cell = ManagedCell(world, domain, real_time_factor, log, report, parts)
     try:
         yield cell
     finally:

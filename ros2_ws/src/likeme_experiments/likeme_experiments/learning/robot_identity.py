@@ -49,7 +49,8 @@ def world_document(world: World) -> dict[str, Any]:
     """Everything in a world file that may change how a trial ends; not where the file is."""
     return {
         'table': world.table,
-        'camera': world.camera,
+        # Without a roll of 0, as released robots were digested before cameras had one.
+        'camera': {k: v for k, v in vars(world.camera).items() if k != 'roll' or v},
         'regions': [
             {'name': entry.state.name} | {k: v for k, v in vars(entry).items() if k != 'colour'}
             for entry in world.region_entries

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from likeme_core.outcomes import MotionOutcome
 from likeme_core.tabletop import State
 from likeme_inference.experience.trial import COUNTED, Place
 from likeme_inference.tabletop.values import MotionReport
@@ -15,15 +16,23 @@ class TrialVoidError(Exception):
     """The current trial is void and has to be repeated; the message gives the reason."""
 
 
+class NotFreeError(TrialVoidError):
+    """Other objects are in the way of the action."""
+
+
 class CellGoneError(Exception):
     """The cell's services or the table states are absent; the message says which."""
 
 
 class ObservedObject(NamedTuple):
-    """One object in one table state: state None if occluded, place None if not visible."""
+    """One object in one table state: state None if occluded, place None if not visible.
+
+    ever_seen: by this run of perception; the arm does not act on what was never seen.
+    """
 
     state: State | None
     place: Place | None
+    ever_seen: bool = True
 
 
 @dataclass(frozen=True)
@@ -44,7 +53,7 @@ def state_and_place(table: ObservedTable, name: str) -> tuple[State, Place | Non
     if name not in table.objects:
         known = ', '.join(sorted(table.objects))
         raise TrialVoidError(f'The camera knows {known}, not {name}.')
-    state, place = table.objects[name]
+    state, place, _ = table.objects[name]
     if state is None:
         raise TrialVoidError(f'The {name} stayed covered from view.')
     return state, place
@@ -54,7 +63,10 @@ def require_counted_motion(report: MotionReport) -> None:
     """Check that a motion counts as a trial.
 
     Raises:
+        NotFreeError: it was not begun, as other objects are in the way.
         TrialVoidError: it was stopped or never started.
     """
+    if report.outcome == MotionOutcome.NOT_FREE:
+        raise NotFreeError(f'The arm did not try: {report.message}')
     if report.outcome not in COUNTED:
         raise TrialVoidError(f'The arm did not try: {report.message}')

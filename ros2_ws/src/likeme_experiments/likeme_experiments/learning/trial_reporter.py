@@ -6,7 +6,7 @@ from contextlib import AbstractContextManager
 
 from rich.console import Console
 
-from likeme_experiments.progress_bar import ProgressBar
+from likeme_core.progress_bar import ProgressBar
 from likeme_inference.experience.campaign import Progress
 from likeme_inference.experience.trial import Trial
 
@@ -25,11 +25,18 @@ class TrialReporter:
         """Show the bar."""
         return self._bar.shown()
 
-    def report(self, trial: Trial) -> None:
-        """Count a trial that was recorded, and show how it ended."""
+    def paused(self) -> AbstractContextManager[None]:
+        """Leave the terminal to a question, which a bell announces."""
+        if self._console.is_terminal:
+            self._console.bell()
+        return self._bar.paused()
+
+    def report(self, trial: Trial, planned: bool = True) -> None:
+        """Show how a recorded trial ended, and count it if it was planned."""
         pair = trial.key.pair
         latest = f'{pair.object} {pair.x_i.name} {pair.action.name}: {trial.x_f.name}'
-        self._bar.advance(self._recorded(), latest)
+        if planned:
+            self._bar.advance(self._recorded(), latest)
 
     def print(self, text: str) -> None:
         """Print a sentence above the bar."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
+from likeme_core.tabletop import Manner, Mode
 from likeme_core.world import World
-from likeme_experiments.evaluation.episode import ImitationEpisode
+from likeme_experiments.evaluation.episode import ImitationEpisode, ImitationResult
 from likeme_experiments.evaluation.executed import (
     ApproachScore,
     IntervalCheck,
@@ -18,6 +20,7 @@ from likeme_experiments.evaluation.executed import (
 )
 from likeme_experiments.evaluation.executed_summary import ExecutedSummary, executed_summary
 from likeme_experiments.evaluation.forecast import BUDGET, THRESHOLD, Approach
+from likeme_experiments.evaluation.table1 import MODES, PAPER
 from likeme_experiments.learning.store_location import default_place
 from likeme_experiments.reproductions.executed_figure import executed_figure
 from likeme_experiments.reproductions.executed_text import executed_text
@@ -28,7 +31,7 @@ from likeme_experiments.reproductions.report import (
     ReproductionReport,
 )
 from likeme_inference.tabletop import model_file
-from likeme_inference.tabletop.domain import domain_of
+from likeme_inference.tabletop.domain import TABLETOP, domain_of
 from likeme_inference.tabletop.robot_model import RobotModel
 
 SEEDS = 20
@@ -49,15 +52,18 @@ def report_executed(options: ReproductionOptions) -> ReproductionReport:
     world = options.world
     model = model_of(ReproductionOptions(world, None, options.model or LEARNED, workers))
     text, wanted = model_file.format_model(model), tasks(world, _objects(world, model), seeds)
-    log = EpisodeLog(Path(default_place(world)).with_name('table1-executed'), text, world)
+    folder = Path(default_place(world)).with_name('table1-executed')
+    log = EpisodeLog(folder, text, world, options.together)
     try:
-        made = episodes(world, wanted, text, log, workers, Console(stderr=True))
+        made = episodes(world, wanted, text, log, workers, Console(stderr=True), options.together)
     except EpisodeFailedError as error:
         raise ValueError(str(error)) from error
     found = {
         name: executed_summary(world, model, made, name, by) for name, by in ESTIMATES.items()
     }
     document = document_of(model, seeds, made, found, ESTIMATE)
+    if options.together:
+        document['refused'] = refused_shares(made, ESTIMATE)
     return ReproductionReport(
         document,
         executed_text(document),
@@ -100,7 +106,12 @@ def document_of(
         'interval': 'Clopper-Pearson, 95 %',
         'demonstrations': _understood(made),
         'rows': [
-            {'demonstration': manner.name.lower(), 'object': name} | _scores(scores)
+            {
+                'demonstration': manner.name.lower(),
+                'object': name,
+                'paper': _printed(manner, name) if model.domain == TABLETOP else {},
+            }
+            | _scores(scores)
             for (manner, name), scores in chosen.rows.items()
         ],
         'averages': _scores(chosen.averages),
@@ -117,6 +128,27 @@ def document_of(
         },
         'gains': {name: gain._asdict() for name, gain in chosen.gains.items()},
         'bars': _bars(chosen),
+    }
+
+
+def _printed(manner: Manner, name: str) -> dict[str, float]:
+    """What the paper's Table 1 prints, by approach."""
+    return {
+        mode.name.lower(): success
+        for mode, success in zip(MODES, PAPER.get((manner, name), ()), strict=False)
+    }
+
+
+def refused_shares(made: Sequence[ImitationEpisode], estimate: str) -> dict[str, float]:
+    """Share of the actions of each mode that other objects kept from being begun."""
+    of: dict[Mode, list[ImitationResult]] = {}
+    for each in made:
+        for mode, result in each.results[estimate].items():
+            of.setdefault(mode, []).append(result)
+    return {
+        mode.name.lower(): sum(r.refused for r in results)
+        / max(sum(len(r.actions) for r in results), 1)
+        for mode, results in of.items()
     }
 
 
@@ -211,7 +243,7 @@ REPRODUCTIONS = {
     'table1-executed': Reproduction(
         'Table 1 executed in the simulated cell with a self-learned model (20 minutes)',
         report_executed,
-        frozenset({'world', 'seeds', 'model', 'workers'}),
+        frozenset({'world', 'seeds', 'model', 'workers', 'together'}),
         in_all=False,
     ),
 }

@@ -34,7 +34,7 @@ def executed_figure(document: Mapping[str, Any]) -> Figure:
     _table(above.subplots(), document)
     above.suptitle(
         f'Table 1 executed by {document["model"]}: executed (predicted)\n'
-        'and 95 % bounds of the executed',
+        "[95 % bounds of the executed] {hypothetical in the paper's Table 1}",
         fontsize=11,
     )
     left, right = below.subplots(1, 2, width_ratios=(1, 1.1))
@@ -52,7 +52,7 @@ def _table(axes: Axes, document: Mapping[str, Any]) -> None:
         cells.append([''] * len(Approach))
         for row in (row for row in document['rows'] if row['demonstration'] == manner):
             names.append(f'{row["object"].capitalize()}  ')
-            cells.append([_cell(row[approach]) for approach in Approach])
+            cells.append([_cell(row[a]) + _printed(row['paper'].get(a)) for a in Approach])
     names.append('Mean  ')
     cells.append([_cell(document['averages'][approach]) for approach in Approach])
     drawn = axes.table(
@@ -72,6 +72,10 @@ def _table(axes: Axes, document: Mapping[str, Any]) -> None:
 
 def _cell(s: Mapping[str, float]) -> str:
     return f'{s["success"]:.2f} ({s["predicted"]:.2f})\n[{s["low"]:.2f}, {s["high"]:.2f}]'
+
+
+def _printed(success: float | None) -> str:
+    return '' if success is None else f' {{{success:.4f}}}'
 
 
 def _reliability(axes: Axes, calibration: Mapping[str, Any]) -> None:

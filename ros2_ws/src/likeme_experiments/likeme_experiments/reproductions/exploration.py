@@ -20,6 +20,7 @@ from likeme_experiments.reproductions.report import (
     ReproductionOptions,
     ReproductionReport,
 )
+from likeme_experiments.reproductions.text_table import aligned, paragraph
 from likeme_inference.tabletop.active_exploration import help_rate
 from likeme_inference.tabletop.robot_model import RobotModel
 
@@ -109,19 +110,23 @@ def _row(curve: HelpRateCurve) -> dict[str, Any]:
 
 
 def _text(title: str, known: float, curves: list[HelpRateCurve]) -> str:
-    lines = [
-        'Help rate, %, after learning and acting up to 3 times (standard error in brackets).',
-        f'{title}. Knowing the world: {100 * known:.2f} %.',
-        f'{"policy":18}{"estimate":20}' + ''.join(f'{n:>13}' for n in CHECKPOINTS),
-    ]
+    rows = [['policy', 'estimate', *map(str, CHECKPOINTS)]]
     for curve in curves:
-        cells = (
-            f'{100 * m:6.2f} ({100 * e:.2f})' for m, e in zip(curve.mean, curve.error, strict=True)
-        )
-        lines.append(
-            f'{curve.policy.value:18}{curve.estimate:20}' + ''.join(map('{:>13}'.format, cells))
-        )
-    return '\n'.join(lines)
+        for first, values in (
+            ((curve.policy.value, curve.estimate), curve.mean),
+            (('', 'standard error'), curve.error),
+        ):
+            rows.append([*first, *(f'{100 * value:.2f}' for value in values)])
+    return '\n'.join(
+        [
+            paragraph(
+                'Help rate, %, after so many trials of learning, acting up to 3 times, and its '
+                f'standard error. {title}. Knowing the world: {100 * known:.2f} %. '
+                'The paper explores exhaustively, and leaves directed exploration to future work.'
+            ),
+            *aligned(rows, left=2),
+        ]
+    )
 
 
 REPRODUCTIONS = {

@@ -9,13 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_core.progress_bar import counted
 from likeme_experiments.evaluation.gaze_accuracy import GazeErrors, gaze_accuracy
 from likeme_experiments.evaluation.gaze_scene import GazeScene, gaze_scene
+from likeme_experiments.reproductions.paper_statements import FIG_4, FIG_5
 from likeme_experiments.reproductions.report import (
     Reproduction,
     ReproductionOptions,
     ReproductionReport,
 )
+from likeme_experiments.reproductions.text_table import paragraph
 from likeme_gaze.simulation import DEGREE
 
 SEEDS = 6
@@ -35,12 +38,14 @@ def figure_4(options: ReproductionOptions) -> ReproductionReport:
         'figure': 4,
         'seeds': list(range(1, len(scenes) + 1)),
         'unit': 'cm, degrees',
+        'paper': FIG_4,
         'scenes': [_scene(scene) for scene in scenes],
     }
     lines = ['Goals equally far from agent and mentor, inferred from five observations (cm).']
     lines += ['true goal      inferred           off', *_scene_rows(scenes[0])]
     pooled = np.concatenate([scene.distance_off for scene in scenes])
     lines.append(f'median distance off {np.median(pooled):.1f} cm, greatest {pooled.max():.1f} cm')
+    lines.append(paragraph(FIG_4))
 
     def figure() -> Any:
         from likeme_experiments.reproductions.gaze_figure import draw_scene
@@ -54,7 +59,7 @@ def figure_5(options: ReproductionOptions) -> ReproductionReport:
     """Errors of forward inference, reverse inference and gaze following, as in Fig 5."""
     seeds = range(1, (options.seeds or SEEDS) + 1)
     with ProcessPoolExecutor(options.workers or 1) as pool:
-        errors = list(pool.map(gaze_accuracy, seeds))
+        errors = list(counted(pool.map(gaze_accuracy, seeds), 'seeds', len(seeds)))
     pooled = summary(errors)
     document = {
         'figure': 5,
@@ -66,6 +71,7 @@ def figure_5(options: ReproductionOptions) -> ReproductionReport:
             {'seed': seed} | summary([each]) for seed, each in zip(seeds, errors, strict=True)
         ],
         'pooled': pooled,
+        'paper': FIG_5,
         'authors_code_after_5': AUTHORS_CODE,
     }
 
@@ -122,7 +128,8 @@ def _accuracy_table(pooled: dict[str, Any], seeds: int) -> str:
         figures = ''.join(f'{step[key]:8.2f}' for key in ('median', 'p90', 'rms'))
         lines.append(f'{name:12}{observations:14}{figures}{beside}')
     shares = ', '.join(f'{share:.1%}' for share in pooled['coverage_95'])
-    lines.append(f'95 % region of the goal holds the true one, after 1 to 5: {shares}')
+    lines.append(paragraph(f'95 % region of the goal holds the true one, after 1 to 5: {shares}'))
+    lines.append(paragraph(FIG_5))
     return '\n'.join(lines)
 
 

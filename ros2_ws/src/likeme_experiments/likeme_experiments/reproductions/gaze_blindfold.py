@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from likeme_core.progress_bar import counted
 from likeme_experiments.evaluation.blindfold_detection import (
     DETECTION_POINTS,
     blindfold_probabilities,
@@ -21,11 +22,13 @@ from likeme_experiments.evaluation.blindfold_groups import (
     group_score,
     group_turns,
 )
+from likeme_experiments.reproductions.paper_statements import FIG_6
 from likeme_experiments.reproductions.report import (
     Reproduction,
     ReproductionOptions,
     ReproductionReport,
 )
+from likeme_experiments.reproductions.text_table import paragraph
 from likeme_gaze.blindfold import EXECUTIONS, POINTS, THRESHOLDS, TRIALS, InfantGroup
 from likeme_gaze.simulation import DEGREE
 
@@ -49,6 +52,7 @@ def figure_6(options: ReproductionOptions) -> ReproductionReport:
         'groups': [_entry(group, turned[group.name]) for group in GROUPS],
         'p_baseline_and_windowed_above_opaque': follows_more(following, turned['opaque']),
         'p_opaque_differs_from_0': differs_from_zero(turned['opaque']),
+        'paper': FIG_6,
         'authors_code_at_30_deg': AUTHORS_CODE,
         'told_by_movements': detected_by_movements(seeds, options.workers or 1),
     }
@@ -64,16 +68,16 @@ def figure_6(options: ReproductionOptions) -> ReproductionReport:
 def all_turns(group: InfantGroup, seeds: range, workers: int) -> NDArray[np.float64]:
     """Turns of AGENTS agents for every seed, rad (agents, trials)."""
     with ProcessPoolExecutor(workers) as pool:
-        return np.concatenate(list(pool.map(group_turns, seeds, repeat(group), repeat(AGENTS))))
+        found = pool.map(group_turns, seeds, repeat(group), repeat(AGENTS))
+        return np.concatenate(list(counted(found, f'seeds of {group.name}', len(seeds))))
 
 
 def detected_by_movements(seeds: range, workers: int) -> dict[str, Any]:
     """How often AGENTS agents for every seed detect whether a mentor is blindfolded."""
     each = [(seed, agent) for seed in seeds for agent in range(AGENTS)]
     with ProcessPoolExecutor(workers) as pool:
-        right = detection_correct(
-            np.array(list(pool.map(blindfold_probabilities, *zip(*each, strict=True))))
-        )
+        found = pool.map(blindfold_probabilities, *zip(*each, strict=True))
+        right = detection_correct(np.array(list(counted(found, 'agents', len(each)))))
     share = right.mean(axis=(0, 3))
     return {
         'training_points': DETECTION_POINTS,
@@ -99,30 +103,36 @@ def _entry(group: InfantGroup, turned: NDArray[np.float64]) -> dict[str, Any]:
 
 
 def _table(document: dict[str, Any]) -> str:
-    lines = [
+    about = (
         f'Looking score (-{TRIALS} to {TRIALS}), mean and standard error, '
-        f'{document["agents_per_group"]} agents a group.',
-        f'{"group":24}{"30 deg":>14}{"35 deg":>14}   infants   authors code, corrected',
+        f'{document["agents_per_group"]} agents a group; authors: the mean by their code at 30 '
+        'deg, as it is and corrected.'
+    )
+    lines = [
+        paragraph(about),
+        f'{"group":24}{"30 deg":>14}{"35 deg":>14}   infants   authors',
     ]
     for entry in document['groups']:
         cells = [f'{s["mean"]:.2f} +- {s["standard_error"]:.2f}' for s in entry['scores'].values()]
         beside = AUTHORS_CODE.get(entry['name'])
         theirs = '' if beside is None else f'{beside[0]:.2f}, {beside[1]:.2f}'
         does = 'follow' if entry['infants_follow'] else 'do not'
-        lines.append(f'{entry["name"]:24}{cells[0]:>14}{cells[1]:>14}   {does:10}{theirs}')
-    lines.append(
+        lines.append(
+            f'{entry["name"]:24}{cells[0]:>14}{cells[1]:>14}   {does:10}{theirs}'.rstrip()
+        )
+    tests = (
         f'baseline and windowed above opaque: p = '
         f'{document["p_baseline_and_windowed_above_opaque"]:.1e}; '
         f'opaque differs from 0: p = {document["p_opaque_differs_from_0"]:.2f}'
     )
     detected = document['told_by_movements']
     shares = ', '.join(f'{100 * share:.0f}' for share in detected['right_after_each_movement'])
-    lines.append(
+    told = (
         f'by movements alone, who is blindfolded: {shares} % right after 1 to {EXECUTIONS} '
         f'movements ({2 * detected["mentors_of_each_kind"]} mentors; agents of '
         f'{detected["training_points"]} movements)'
     )
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *map(paragraph, (tests, told, FIG_6))])
 
 
 FIGURES = {

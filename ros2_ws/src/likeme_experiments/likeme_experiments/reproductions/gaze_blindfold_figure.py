@@ -15,6 +15,8 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from likeme_experiments.reproductions.text_table import footnote
+
 COLOURS = {'30': '#2f5fd0', '35': '#9db7ef'}
 
 
@@ -29,6 +31,7 @@ def draw_scores(document: Mapping[str, Any]) -> Figure:
     left.set_ylabel(f'looking score of {document["agents_per_group"]} agents')
     left.set_ylim(-0.9, 4.4)
     right.legend(title='turn of at least', loc='upper left', fontsize=9, framealpha=1)
+    footnote(figure, document['paper'])
     plt.close(figure)
     return figure
 

@@ -17,6 +17,8 @@ from matplotlib.patches import Ellipse
 
 from likeme_experiments.evaluation.gaze_accuracy import INSIDE_95, GazeErrors
 from likeme_experiments.evaluation.gaze_scene import GazeScene
+from likeme_experiments.reproductions.paper_statements import FIG_4, FIG_5
+from likeme_experiments.reproductions.text_table import footnote
 from likeme_gaze.beliefs import Gaussian
 from likeme_gaze.frames import Pose2
 
@@ -56,6 +58,7 @@ def draw_scene(scene: GazeScene) -> Figure:
         'Gaze following from five observations\n(arrows: the circled goal)', fontsize=12
     )
     axes.legend(loc='upper right', fontsize=9, framealpha=0.95)
+    footnote(figure, FIG_4)
     plt.close(figure)
     return figure
 
@@ -79,6 +82,7 @@ def draw_histograms(errors: Sequence[GazeErrors]) -> Figure:
         axes.set(title=title, xlabel='error (degrees)', xticks=range(-10, 11, 5))
         axes.spines[['top', 'right']].set_visible(False)
     panels[0].set_ylabel('probability')
+    footnote(figure, FIG_5)
     plt.close(figure)
     return figure
 

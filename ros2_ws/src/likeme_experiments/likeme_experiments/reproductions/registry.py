@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from likeme_experiments.reproductions import executed, exploration, gaze, gaze_blindfold, tabletop
+from likeme_experiments.reproductions import (
+    executed,
+    exploration,
+    gaze,
+    gaze_blindfold,
+    joint_goals,
+    tabletop,
+)
 from likeme_experiments.reproductions.report import Reproduction
 
 REPRODUCTIONS: Mapping[str, Reproduction] = MappingProxyType(
@@ -13,6 +20,7 @@ REPRODUCTIONS: Mapping[str, Reproduction] = MappingProxyType(
         **tabletop.REPRODUCTIONS,
         **executed.REPRODUCTIONS,
         **exploration.REPRODUCTIONS,
+        **joint_goals.REPRODUCTIONS,
         **gaze.FIGURES,
         **gaze_blindfold.FIGURES,
     }

@@ -22,12 +22,14 @@ class ReproductionOptions:
         seeds: number of independent repetitions.
         model: `shipped`, `learned`, or the path of a model file or an experience store.
         workers: processes to spread the work over.
+        together: whether all objects of the world are on the table.
     """
 
     world: World = field(default_factory=load_world)
     seeds: int | None = None
     model: str | None = None
     workers: int | None = None
+    together: bool = False
 
     def given(self) -> tuple[str, ...]:
         """Names of the options that are set."""

@@ -15,12 +15,16 @@ from likeme_experiments.evaluation.practice import practice
 from likeme_experiments.evaluation.sequential import SequentialRow, sequential
 from likeme_experiments.evaluation.table1 import MISPRINT, MODES, PAPER, Table1, table1
 from likeme_experiments.reproductions import tabletop_figures as figures
+from likeme_experiments.reproductions.fig8_statements import PAPER as PAPER_ON_FIG8
+from likeme_experiments.reproductions.fig8_statements import STATED, statements_of
 from likeme_experiments.reproductions.models import model_of
+from likeme_experiments.reproductions.paper_statements import FIG_7
 from likeme_experiments.reproductions.report import (
     Reproduction,
     ReproductionOptions,
     ReproductionReport,
 )
+from likeme_experiments.reproductions.text_table import aligned, paragraph, short
 from likeme_inference.tabletop import model_file
 from likeme_inference.tabletop.domain import TABLETOP
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -64,20 +68,21 @@ def _printed(model: RobotModel, manner: Manner, name: str) -> dict[str, float] |
 
 def _table1_text(model: RobotModel, result: Table1) -> str:
     beside_it = '; in brackets as the paper prints it' if model.domain == TABLETOP else ''
-    lines = [
-        f'Table 1: hypothetical success, from {model.label}{beside_it}.',
-        f'{"demonstration":15}{"object":10}' + ''.join(f'{mode:>22}' for mode in MODES),
-    ]
+    table = [['shown by', 'object', *(f'{mode} ' for mode in MODES)]]
     agree = printed = 0
     for m, manner in enumerate(result.manners):
         for o, name in enumerate(result.objects):
-            line = f'{manner.name.lower():15}{name:10}'
+            row = [manner.name.lower(), name]
             for value, paper in zip_longest(result.success[m, o], _paper(model, manner, name)):
                 same = paper is not None and abs(value - paper) < 5e-5
                 agree, printed = agree + same, printed + (paper is not None)
-                beside = '' if paper is None else f'({paper:.4f})' + ('' if same else '*')
-                line += f'{value:12.4f} {beside:9}'
-            lines.append(line.rstrip())
+                beside = '' if paper is None else f' ({paper:.4f}){" " if same else "*"}'
+                row.append(f'{value:.4f}{beside or " "}')
+            table.append(row)
+    lines = [
+        paragraph(f'Table 1: hypothetical success, from {model.label}{beside_it}.'),
+        *aligned(table, left=2),
+    ]
     if not printed:
         return '\n'.join(lines)
     lines.append(f'{agree} of {printed} cells as printed.')
@@ -87,8 +92,10 @@ def _table1_text(model: RobotModel, result: Table1) -> str:
     else:
         manner, name, mode = MISPRINT
         lines.append(
-            f'* {name}, {manner.name.lower()}, {mode}: a misprint. The mode does not depend on '
-            'the manner of the demonstration, and the place row of the same model is 0.8250.'
+            paragraph(
+                f'* {name}, {manner.name.lower()}, {mode}: a misprint. The mode does not depend '
+                'on the manner of the demonstration, and the place row of this model is 0.8250.'
+            )
         )
     return '\n'.join(lines)
 
@@ -107,9 +114,11 @@ def report_fig7(options: ReproductionOptions) -> ReproductionReport:
     others = [label for label in series if label != model.label]
     if others:
         document['beside'] = {'model': others[0], 'rows': _fig7_rows(series[others[0]])}
-    return ReproductionReport(
-        document, _fig7_text(series, world), lambda: figures.fig7(series, world)
-    )
+    text, note = _fig7_text(series, world), FIG_7 if model.domain == TABLETOP else ''
+    if note:
+        document['paper'] = note
+        text += f'\n{paragraph(note)}'
+    return ReproductionReport(document, text, lambda: figures.fig7(series, world, note))
 
 
 def _fig7_rows(bars: list[TransitionBars]) -> list[dict[str, Any]]:
@@ -120,22 +129,30 @@ def _fig7_text(series: dict[str, list[TransitionBars]], world: World) -> str:
     (label, bars), *others = series.items()
     beside = {(b.object, b.x_i, b.action): b for _, known in others for b in known}
     brackets = ''.join(f'; in brackets {name}' for name, _ in others)
-    lines = [
-        f'Fig 7: p(X_f | X_i, A) of {label}, with 95 % credible bounds{brackets}.',
-        f'{"object":10}{"x_i":8}{"action":16}{"trials":>6}'
-        + ''.join(f'{state.name:>{27 if others else 20}}' for state in world.states),
-    ]
+    table = [['action', 'n', *(state.name for state in world.states)]]
+    shown = None
     for bar in bars:
+        if (bar.object, bar.x_i) != shown:
+            shown = bar.object, bar.x_i
+            table.append([f'{bar.object}, x_i = {bar.x_i.name}'])
         other = beside.get((bar.object, bar.x_i, bar.action))
-        cells = ''.join(
-            f'{p:8.2f} [{low:.2f}, {high:.2f}]'
-            + (f' ({other.probability[k]:.2f})' if other else '')
+        cells = [
+            f'{p:.2f} {short(low)}-{short(high)}'
+            + (f' ({short(other.probability[k])})' if other else '')
             for k, (p, low, high) in enumerate(
                 zip(bar.probability, bar.low, bar.high, strict=True)
             )
-        )
-        lines.append(f'{bar.object:10}{bar.x_i.name:8}{bar.action.name:16}{bar.trials:6}{cells}')
-    return '\n'.join(lines)
+        ]
+        table.append([f'  {bar.action.name}', str(bar.trials), *cells])
+    return '\n'.join(
+        [
+            paragraph(
+                f'Fig 7: p(X_f | X_i, A) of {label}{brackets}; from n trials of each action, with '
+                '95 % credible bounds.'
+            ),
+            *aligned(table, left=1),
+        ]
+    )
 
 
 def report_fig8(options: ReproductionOptions) -> ReproductionReport:
@@ -149,10 +166,15 @@ def report_fig8(options: ReproductionOptions) -> ReproductionReport:
         'actions': [action.name for action in options.world.actions],
         'rows': [_case(case) for case in cases],
     }
+    text, notes = _fig8_text(model, options.world, cases), []
+    if model.domain == TABLETOP:
+        here = statements_of(cases, options.world)
+        document |= {'paper': PAPER_ON_FIG8._asdict(), 'here': here._asdict()}
+        rows = list(zip(STATED, PAPER_ON_FIG8.words(), here.words(), strict=True))
+        text += '\n' + '\n'.join(aligned([['stated', 'the paper', 'here'], *rows], left=3))
+        notes = [f'{stated}: the paper {paper}; here {ours}' for stated, paper, ours in rows]
     return ReproductionReport(
-        document,
-        _fig8_text(model, options.world, cases),
-        lambda: figures.fig8(cases, options.world, THRESHOLD),
+        document, text, lambda: figures.fig8(cases, options.world, THRESHOLD, notes)
     )
 
 
@@ -172,29 +194,26 @@ def _case(case: Fig8Column) -> dict[str, Any]:
 
 
 def _fig8_text(model: RobotModel, world: World, cases: list[Fig8Column]) -> str:
-    lines = [f'Fig 8: goals, actions and predictions by {model.label}.']
-    if model.domain == TABLETOP:
-        lines = [
-            f'Fig 8: goals, actions and predictions by {model.label}; the paper: the true goal is '
-            'the MAP goal',
-            'in all 12, and the robot asks for the pear from RIGHT to LEFT alone.',
-        ]
-    states = ' '.join(f'{state.name:6}' for state in world.states)
-    wide = max(28, len(states) + 6)
-    lines += [
-        f'{"":28}{"P(G | x_i, x_f)":{wide}}{"P(A | x_i, g)":21}{"P(X_f = g)":>11}',
-        f'{"object":10}{"shown":18}{states:{wide}}{"its mode":21}{"predicted":>11}  asks',
+    about = (
+        f'Fig 8: goals, actions and predictions by {model.label}. P(G | x_i, x_f) for each '
+        'goal; the mode of P(A | x_i, g) and its probability; what it is predicted to reach, '
+        f'P(X_f = g). *: below {THRESHOLD:.2f}, asks.'
+    )
+    table = [
+        ['object', 'shown', 'action', *(state.name for state in world.states), 'P(A)', 'P(X_f=g) ']
     ]
     for case in cases:
-        goals = ' '.join(f'{p:.4f}' for p in case.goal_posterior)
         name, p_action = '-', 0.0
         if case.action is not None:
             name, p_action = case.action.name, case.action_posterior[case.action]
-        shown = f'{case.x_i.name} > {case.x_f.name}'
-        lines.append(
-            f'{case.object:10}{shown:18}{goals:{wide}}{name:15}{p_action:6.2f}'
-            f'{case.predicted_success:11.2f}  {"asks" if case.asks else ""}'.rstrip()
-        )
+        table.append(
+            [
+                case.object, f'{case.x_i.name}>{case.x_f.name}', name,
+                *(short(p, 4) for p in case.goal_posterior), f'{p_action:.2f}',
+                f'{case.predicted_success:.2f}{"*" if case.asks else " "}',
+            ]
+        )  # fmt: skip
+    lines = [paragraph(about), *aligned(table, left=3)]
     right = sum(case.goal == case.x_f for case in cases)
     lines.append(f'The true goal is the MAP goal in {right} of {len(cases)}.')
     return '\n'.join(lines)
@@ -215,24 +234,20 @@ def report_sequential(options: ReproductionOptions) -> ReproductionReport:
 
 
 def _sequential_text(model: RobotModel, rows: list[SequentialRow]) -> str:
-    lines = [
-        f'Several actions, with a look after each: exact values by {model.label}, averaged over '
-        'the changes of state.',
-        'With help: the robot asks after its last action, and the human always succeeds.',
-        f'{"actions":>7}  {"object":10}{"success":>9}{"help rate":>11}{"with help":>11}'
-        f'{"help rate if asking below " + format(THRESHOLD, ".2f"):>32}',
-    ]
+    table = [['actions', 'object', 'success', 'help rate', 'with help', 'asking early']]
     for budget in dict.fromkeys(row.actions for row in rows):
         mine = [row for row in rows if row.actions == budget]
-        lines += [_sequential_line(str(row.actions), row.object, row[2:]) for row in mine]
         means = np.mean([row[2:] for row in mine], axis=0).tolist()
-        lines.append(_sequential_line('', 'mean', means))
-    return '\n'.join(lines)
-
-
-def _sequential_line(actions: str, name: str, values: Any) -> str:
-    success, asked, helped, early = values
-    return f'{actions:>7}  {name:10}{success:9.4f}{asked:11.4f}{helped:11.4f}{early:32.4f}'
+        values = [(row.object, row[2:]) for row in mine] + [('mean', means)]
+        table += [[str(budget), name, *(f'{v:.4f}' for v in each)] for name, each in values]
+    about = (
+        f'Up to so many actions, with a look after each: exact values by {model.label}, averaged '
+        'over the changes of state. With help: the robot asks after its last action, and the '
+        'human always succeeds. Asking early: the help rate if it also asks where the best plan '
+        f'is worth less than {THRESHOLD:.2f}. The paper acts once, and leaves several steps to '
+        'future work.'
+    )
+    return '\n'.join([paragraph(about), *aligned(table, left=2)])
 
 
 def report_practice(options: ReproductionOptions) -> ReproductionReport:
@@ -240,15 +255,18 @@ def report_practice(options: ReproductionOptions) -> ReproductionReport:
     model = model_of(options)
     result = practice(model, options.world, seeds=options.seeds or 20)
     shown = [0, 10, 30, 100, 300, 1000]
-    lines = [
-        'Goal-based exploration: distance of P(A | g, x_i) from its limit by rounds',
-        f'(total variation, mean over {len(model.objects)} objects and the changes; in brackets '
-        'that of the mean policy).',
-        f'{"step":>6}' + ''.join(f'{n:>18}' for n in shown),
-    ]
+    about = (
+        'Goal-based exploration: distance of P(A | g, x_i) from its limit by rounds (total '
+        f'variation, mean over {len(model.objects)} objects and the changes; in brackets that of '
+        'the mean policy). The paper describes it (Methods) and sets the policy to the limit; it '
+        'gives no number of rounds or of the step.'
+    )
+    told = [n for n in shown if n != 10]
+    table = [['step', *map(str, told)]]
     for step, gap, mean_gap in zip(result.steps, result.distance, result.of_mean, strict=True):
-        cells = ''.join(f'{gap[n]:9.3f} ({mean_gap[n]:.3f})'.rjust(18) for n in shown)
-        lines.append(f'{step:6.2f}{cells}')
+        cells = (f'{short(gap[n], 3)} ({short(mean_gap[n], 3)})' for n in told)
+        table.append([f'{step:.2f}', *cells])
+    lines = [paragraph(about), *aligned(table, left=0)]
     document = {
         'model': model.label,
         'steps': result.steps,

@@ -18,6 +18,7 @@ from likeme_experiments.evaluation.fig8 import Fig8Column
 from likeme_experiments.evaluation.practice import Convergence
 from likeme_experiments.evaluation.sequential import SequentialRow
 from likeme_experiments.evaluation.table1 import MANNER_NAMES, MODES, PAPER, Table1
+from likeme_experiments.reproductions.text_table import footnote
 
 #: Of the states in their order; distinct for colour-blind readers.
 COLOURS = ('#4477aa', '#ee8866', '#999999', '#228833', '#ccbb44', '#aa3377', '#66ccee')
@@ -80,10 +81,11 @@ def _style_table1(drawn: object, result: Table1) -> None:
             line += 1
 
 
-def fig7(series: Mapping[str, Sequence[TransitionBars]], world: World) -> Figure:
+def fig7(series: Mapping[str, Sequence[TransitionBars]], world: World, note: str = '') -> Figure:
     """Objects by initial states; for each action one bar a final state.
 
     series: name of a robot -> its bars; several robots are drawn side by side.
+    note: sentences below.
     """
     every = [bar for bars in series.values() for bar in bars]
     objects = list(dict.fromkeys(bar.object for bar in every))
@@ -108,6 +110,8 @@ def fig7(series: Mapping[str, Sequence[TransitionBars]], world: World) -> Figure
         loc='outside upper center',
         ncols=len(world.states),
     )
+    if note:
+        footnote(figure, note)
     return figure
 
 
@@ -151,8 +155,13 @@ def _transition_bars(axes: Axes, shown: Sequence[TransitionBars], world: World) 
     _bare(axes)
 
 
-def fig8(cases: Sequence[Fig8Column], world: World, threshold: float) -> Figure:
-    """Three blocks of objects by changes: goals, actions, predictions."""
+def fig8(
+    cases: Sequence[Fig8Column], world: World, threshold: float, notes: Sequence[str] = ()
+) -> Figure:
+    """Three blocks of objects by changes: goals, actions, predictions.
+
+    notes: a sentence below each block.
+    """
     objects, changes = list(dict.fromkeys(case.object for case in cases)), changes_of(world)
     size = 9.5 * max(1.0, len(changes) / 4), 13.5 * max(1.0, len(objects) / 3)
     figure = Figure(figsize=size, layout='constrained')
@@ -178,6 +187,8 @@ def fig8(cases: Sequence[Fig8Column], world: World, threshold: float) -> Figure:
                 axes.set_title(f'{case.x_i.name} → {case.x_f.name}', fontsize=10)
             if k % len(changes) == 0:
                 axes.set_ylabel(case.object.capitalize())
+    for block, note in zip(blocks, notes, strict=False):
+        block.supxlabel(note, fontsize=9)
     return figure
 
 

@@ -100,7 +100,7 @@ class ExplorerNode(Node):
             TrialVoidError: it has to be made again.
             CellGoneError: arm, camera or perception is gone.
         """
-        name, x_i, action = key.pair
+        name, x_i, _ = key.pair
         self._known_publishers = self._current_publishers()
         self._set_up(name, x_i, seed)
         state, before = state_and_place(
@@ -108,6 +108,16 @@ class ExplorerNode(Node):
         )
         if state != x_i:
             raise TrialVoidError(f'Expected to see the {name} {x_i.name}, got {state.name}.')
+        return self._act(key, before, seed, version)
+
+    def close(self) -> None:
+        """Shut down the executor and destroy the node."""
+        self._executor.shutdown()
+        self.destroy_node()
+
+    def _act(self, key: TrialKey, before: Place | None, seed: int, version: str) -> Trial:
+        """Have the arm act, and see where the object comes to rest."""
+        name, _, action = key.pair
         expires = self._now() + round(EXPIRY * SECOND)
         request = messages.execute_request(self._world, name, action, expires)
         answer = self._call(self._arm, request, MOTION_TIMEOUT)
@@ -120,11 +130,6 @@ class ExplorerNode(Node):
         motion = report.outcome
         assert motion is not None, 'A motion that counts has an outcome.'
         return Trial(key, x_f, MotionOutcome(motion), seed, version, time.time_ns(), before, after)
-
-    def close(self) -> None:
-        """Shut down the executor and destroy the node."""
-        self._executor.shutdown()
-        self.destroy_node()
 
     def _set_up(self, name: str, x_i: State, seed: int) -> None:
         """Put the object into x_i and all others out of the way."""
@@ -222,4 +227,5 @@ def read_observed_table(message: TableState, world: World) -> ObservedTable:
 
 def _seen(item: ObjectState, world: World) -> ObservedObject:
     where = item.centroid.x, item.centroid.y, item.major_axis_yaw
-    return ObservedObject(world.state_at(item.state), Place(*where) if item.visible else None)
+    place = Place(*where) if item.visible else None
+    return ObservedObject(world.state_at(item.state), place, stamp_ns(item.last_seen) > 0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TypeVar
 
 from rclpy.context import Context
 
@@ -18,6 +19,7 @@ from likeme_inference.experience.campaign import Progress
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Trial, TrialKey
 
+Explorer = TypeVar('Explorer', bound=ExplorerNode)
 #: s to wait for a running cell at first, and for one that is being started or restarted.
 FIRST_TIMEOUT, RESTART_TIMEOUT = 8.0, 60.0
 #: s between two checks whether the managed cell still runs.
@@ -83,12 +85,12 @@ class LiveLearner:
 
 
 @contextmanager
-def explorer(domain: int, world: World) -> Iterator[ExplorerNode]:
+def explorer(domain: int, world: World, kind: type[Explorer]) -> Iterator[Explorer]:
     """An explorer on a ROS domain; Ctrl-C raises KeyboardInterrupt between two spins."""
     context = Context()
     context.init(domain_id=domain)
     with deferred_interrupt() as check:
-        node = ExplorerNode(world, context, check)
+        node = kind(world, context, check)
         try:
             yield node
         finally:
