@@ -1,0 +1,139 @@
+"""The screen in a real pseudo-terminal, on real nodes with a fake camera and a scripted arm."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from fakes import Arm, Camera, make_request
+
+from graph import HOLD_KEEPER, Graph, NodeProcess
+
+for _name in ('textual', 'pyte'):
+    pytest.importorskip(_name, reason=f'{_name}: scripts/operator.sh installs it')
+
+from terminal import Terminal  # noqa: E402
+
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(280)]
+HANDBOOK = Path(__file__).parents[4] / 'docs' / 'operator.md'
+TASKS = re.findall(r'^\| ([^|]+) \| ((?:`[^`]+` ?)*)\| `([^`]+)` \|$', HANDBOOK.read_text(), re.M)
+COMMAND = (sys.executable, '-m', 'likeme_operator', '--by', 'Ada')
+
+
+class Desk:
+    """A graph with a question about the pear, and a screen on it."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.graph = graph
+        graph.start(HOLD_KEEPER)
+        self.node: NodeProcess = graph.start('likeme_inference.inference_node')
+        self.camera = Camera(graph)
+        self.arm = Arm(graph, self.camera)
+        self.terminals: list[Terminal] = []
+        self.screen = self.open()
+
+    def open(self, *words: str, columns: int = 80, lines: int = 24) -> Terminal:
+        """Another screen."""
+        terminal = Terminal(
+            [*COMMAND, *words], self.graph.env, columns, lines, lambda: self.graph.during(0.02)
+        )
+        self.terminals.append(terminal)
+        return terminal
+
+    def ask(self) -> int:
+        """Have the robot ask about the pear, until it is on the screen; its number."""
+        number = make_request(self.graph, self.camera)
+        self.screen.shows(f'answer question {number}, pear')
+        # A person reads it first.
+        self.screen.read(0.6)
+        return number
+
+
+@pytest.fixture
+def desk(tmp_path: Path) -> Iterator[Desk]:
+    with Graph(tmp_path) as graph:
+        desk = Desk(graph)
+        yield desk
+        for terminal in desk.terminals:
+            terminal.close()
+
+
+def test_the_handbook_has_short_tasks() -> None:
+    assert len(TASKS) >= 12
+    assert all(len(re.findall('`[^`]+`', keys)) <= 5 for _, keys, _ in TASKS)
+
+
+def test_the_tasks_of_the_handbook(desk: Desk) -> None:
+    screen = desk.screen
+    screen.shows('MOTION ALLOWED', 20)
+    desk.ask()
+    for task, keys, words in TASKS:
+        if task.startswith('answer the next question'):
+            desk.ask()
+        for key in re.findall('`([^`]+)`', keys):
+            if key == 'Enter':
+                # It counts when what it does was on the screen for a while.
+                screen.shows('Enter does it')
+                screen.read(0.6)
+            screen.type(key)
+            if key == 'Esc':
+                # With the next byte it would be another key.
+                screen.read(0.5)
+        screen.shows(words)
+    assert [request.action for request in desk.arm.requests] == ['PUSH_LEFT']
+    assert screen.bells > 0
+    screen.type('q')
+    assert screen.ends(20) == 0
+    assert screen.restored
+
+
+def test_keys_before_a_question_are_not_its_answer(desk: Desk) -> None:
+    desk.screen.shows('MOTION ALLOWED', 20)
+    desk.screen.type('t', 'Enter', 't', 'Enter')
+    number = desk.ask()
+    desk.screen.shows('ASKING')
+    assert desk.arm.requests == []
+    # Another operator is faster while a dialog is open.
+    other = desk.open('--plain', '--by', 'Bob')
+    other.shows(f'Request {number}', 20)
+    desk.screen.type('t')
+    desk.screen.shows('Enter does it')
+    other.type('3', 'Enter')
+    told = f'Nothing was sent for question {number}. Request {number} was answered by Bob'
+    desk.screen.shows(told)
+    assert desk.arm.requests == []
+
+
+def test_the_inference_node_dies_under_an_open_dialog(desk: Desk) -> None:
+    desk.screen.shows('MOTION ALLOWED', 20)
+    desk.ask()
+    desk.screen.type('t')
+    desk.screen.shows('Enter does it')
+    desk.node.signal(signal.SIGKILL)
+    desk.screen.shows('The inference node is not heard any more: nothing was sent.')
+    desk.screen.shows('ALARM inference_node is silent, nothing is decided')
+
+
+def test_sizes_and_signals(desk: Desk) -> None:
+    screen = desk.screen
+    screen.shows('MOTION ALLOWED', 20)
+    screen.resize(60, 20)
+    screen.shows('Expected a terminal of 80x24 or more, got 60x20.')
+    screen.resize(120, 40)
+    screen.shows('MOTION ALLOWED')
+    small = desk.open(columns=79)
+    assert small.ends(20) == 2
+    assert 'Expected a terminal of 80x24 or more, got 79x24.' in small.text
+    second = desk.open()
+    second.shows('also here: Ada', 20)
+    screen.process.send_signal(signal.SIGTERM)
+    os.write(second.master, b'\x03')
+    for each in (screen, second):
+        assert each.ends(20) == 0
+        assert each.restored
+        assert 'Traceback' not in each.raw.decode(errors='replace')
