@@ -42,6 +42,7 @@ setup(
             'param = likeme_bringup.ros.param_command:param',
             'show = likeme_bringup.ros.cell_commands:show',
             'start_cell = likeme_bringup.start_cell:main',
+            'topic = likeme_bringup.ros.topic_commands:topic',
             'world = likeme_bringup.world_commands:main',
         ],
     },

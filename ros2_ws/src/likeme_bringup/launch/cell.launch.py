@@ -28,7 +28,8 @@ from launch import LaunchContext, LaunchDescription
 #: s from the death of a node to its next start; launch knows only one pause.
 RESPAWN_DELAY = 0.5
 #: Has the kernel end a node when `ros2 launch` is gone: it leaves its nodes behind at SIGTERM.
-END_WITH_LAUNCH = 'setpriv --pdeathsig SIGTERM'
+#: SIGINT is blocked until the node can take it, which would else print a traceback of its imports.
+PREFIX = 'setpriv --pdeathsig SIGTERM env --block-signal=INT'
 #: Exit code of a node that refuses its parameters: EX_CONFIG.
 REFUSED = 78
 BOOLEAN = ['true', 'false', 'True', 'False']
@@ -48,19 +49,30 @@ ARGUMENTS: dict[str, tuple[str, str]] = {
     'model': ('', 'Transition model file of the robot.'),
     'experience': ('', 'Experience store: executed imitations improve the model.'),
     'world': ('', 'A shipped world or a world file.'),
+    'arm': ('', 'Drive a real arm: a shipped configuration or a file, not the simulator.'),
+    'dry_run': ('false', 'true: with arm: plan and show motions, move nothing.'),
+    'step': ('false', 'true: with arm: ask before each motion.'),
     'params_file': ('', 'ROS parameter file; config/cell.yaml has all names.'),
     'use_sim_time': (
         '',
         'true: nodes run on /clock; empty: as the parameter file says, else if all is simulated.',
     ),
+    'autostart': (
+        '',
+        'false: managed nodes wait for `ros2 lifecycle`; empty: as the file says, or true.',
+    ),
     'respawn': ('true', 'false: end all when a node dies, instead of starting it again.'),
     'domain': ('', 'ROS domain; empty: ROS_DOMAIN_ID or 0.'),
 }
-CHOICES = {'network': BOOLEAN, 'respawn': BOOLEAN, 'use_sim_time': ['', *BOOLEAN]}
+#: Arguments that are parameters of the nodes where they are not empty.
+PARAMETERS = ('use_sim_time', 'autostart')
+CHOICES = dict.fromkeys(('network', 'respawn', 'dry_run', 'step'), BOOLEAN) | {
+    name: ['', *BOOLEAN] for name in PARAMETERS
+}
 #: Arguments that start_cell takes under their own names.
 PASSED = (
     'mode', 'threshold', 'actions', 'seed', 'real_time_factor', 'model', 'experience', 'world',
-    'domain',
+    'arm', 'domain',
 )  # fmt: skip
 
 
@@ -94,6 +106,9 @@ def options(given: dict[str, str]) -> Iterator[str]:
     for name in PASSED:
         if given[name]:
             yield from (f'--{name.replace("_", "-")}', given[name])
+    for name in ('dry_run', 'step'):
+        if is_true(given[name]):
+            yield f'--{name.replace("_", "-")}'
     if given['params_file']:
         yield from ('--params', given['params_file'])
 
@@ -144,17 +159,17 @@ def node(
     plan: dict[str, Any],
 ) -> Node:
     respawn = is_true(given['respawn'])
-    sim_time = given['use_sim_time']
+    chosen = {name: is_true(given[name]) for name in PARAMETERS if given[name]}
     return Node(
         package=package,
         executable=executable,
         exec_name=part,
         namespace=given['namespace'],
         output='screen',
-        parameters=[*files, *([{'use_sim_time': is_true(sim_time)}] if sim_time else [])],
+        parameters=[*files, chosen] if chosen else files,
         # Absolute by convention: two cells would set each other's time.
         remappings=[('/clock', 'clock')] if given['namespace'] else [],
-        prefix=END_WITH_LAUNCH,
+        prefix=PREFIX,
         respawn=respawn,
         respawn_delay=RESPAWN_DELAY,
         # Not respawn_max_retries: it counts deaths over the whole life of the cell.
@@ -167,22 +182,29 @@ def on_exit(
 ) -> Callable[[ProcessExited, LaunchContext], list[Shutdown]]:
     """When all are to end with a node: as under start_cell, see likeme_bringup.respawn.
 
+    Raises where the node failed: Shutdown has no exit code, and `ros2 launch` ends with 1 after an
+    exception alone; it ends the other nodes in the same way.
+
     pauses: deaths in a row that are mended. stable: s of life that end the row.
     """
     started, in_a_row, restarts = time.monotonic(), 0, 0
 
-    def shut_down(event: ProcessExited, _: LaunchContext) -> list[Shutdown]:
+    def shut_down(event: ProcessExited, context: LaunchContext) -> list[Shutdown]:
         nonlocal started, in_a_row, restarts
         code, now = event.returncode, time.monotonic()
-        if code == 0 or (code == REFUSED and not restarts):
-            return [Shutdown(reason=f'{part} ended with exit code {code}')]
+        if context.is_shutdown:
+            return []
+        if code == 0:
+            return [Shutdown(reason=f'{part} ended with exit code 0')]
+        if code == REFUSED and not restarts:
+            raise RuntimeError(f'{part} {how(code)}.')
         in_a_row = 1 if now - started >= stable else in_a_row + 1
         started = now + RESPAWN_DELAY
         if in_a_row <= pauses:
             restarts += 1
             return []
         row = f', death {in_a_row} in a row within {stable:g} s of a start' if pauses else ''
-        return [Shutdown(reason=f'{part} {how(code)}{row}')]
+        raise RuntimeError(f'{part} {how(code)}{row}.')
 
     return shut_down
 

@@ -9,11 +9,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from enum import StrEnum
 from itertools import cycle
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from domain_coordinator import domain_id
@@ -21,21 +21,23 @@ from rich.console import Console
 
 from likeme_bringup import narration
 from likeme_bringup.demo_acts import DemoAct, demo_act, story_acts
-from likeme_bringup.demo_node import DONE_BY_HAND, DemoStoppedError, Operator, run_acts
+from likeme_bringup.demo_node import DemoStoppedError, Operator, run_acts
 from likeme_bringup.enum_choice import choices, member
 from likeme_bringup.start_cell import Part
 from likeme_bringup.storyboard import draw_storyboard
-from likeme_core.cli import WORLD_DEFAULT, WorldOption, user_name
+from likeme_core.cli import MAX_SEED, WORLD_DEFAULT, WorldOption, user_name
 from likeme_core.instance_lock import is_free
 from likeme_core.interrupt import deferred_interrupt
 from likeme_core.processes import die_with_parent, interrupt
+from likeme_core.progress_bar import StatusLine
 from likeme_core.state_folder import STATE_VARIABLE
 from likeme_core.tabletop import Manner
 from likeme_core.typer_app import App
 from likeme_core.world import World
-from likeme_inference.console_replies import read_reply
+from likeme_inference.console_replies import TypedAnswer, read_answer
 from likeme_inference.keyboard import DISCARDED, Keyboard
 from likeme_inference.node_settings import read_model
+from likeme_inference.tabletop.values import Reply, RequestKind
 
 console = Console(highlight=False, soft_wrap=False)
 CELL_EXIT_TIMEOUT = 20.0
@@ -52,7 +54,10 @@ class Answerer(StrEnum):
 
 
 def main(
-    seed: Annotated[int, typer.Option(help='Draws the positions, the hand and the noise.')] = 1,
+    seed: Annotated[
+        int,
+        typer.Option(min=0, max=MAX_SEED, help='Draws the positions, the hand and the noise.'),
+    ] = 10,
     object_: Annotated[
         str | None,
         typer.Option('--object', help='Show an act with this object instead of the story.'),
@@ -112,7 +117,14 @@ def _run(
             check_signal()
             check_cell()
 
-        results, rows = run_acts(world, acts, seed, _tell, _operator(operator), check)
+        with ExitStack() as starting:
+            starting.enter_context(StatusLine('The cell starts').shown())
+
+            def tell(sentence: str) -> None:
+                starting.close()
+                _tell(sentence)
+
+            results, rows = run_acts(world, acts, seed, tell, _operator(operator), check)
     seconds = time.monotonic() - began
     _tell('\n' + narration.summary(results, len(acts), seconds))
     if any(row.panels for row in rows):
@@ -220,22 +232,30 @@ def _tell(sentence: str) -> None:
 
 def _operator(answerer: Answerer) -> Operator:
     if answerer is Answerer.AUTO:
-        return lambda request, check: (DONE_BY_HAND, 'the simulated person')
+        return _simulated_person
     keyboard = None if sys.stdin is None else Keyboard(sys.stdin.fileno())
     return lambda request, check: _ask_at_keyboard(keyboard, check)
 
 
-def _ask_at_keyboard(keyboard: Keyboard | None, check: Callable[[], None]) -> tuple[int, str]:
+def _simulated_person(request: Any, _: Callable[[], None]) -> tuple[TypedAnswer, str]:
+    """Clears the way where that is asked for, and does by hand whatever else is."""
+    clear = request.kind == RequestKind.CLEAR_THE_WAY
+    return TypedAnswer(Reply.TRY_ANYWAY if clear else Reply.DONE_BY_HAND), 'the simulated person'
+
+
+def _ask_at_keyboard(
+    keyboard: Keyboard | None, check: Callable[[], None]
+) -> tuple[TypedAnswer, str]:
     if keyboard is not None and keyboard.discard():
         _tell(DISCARDED)
     _tell(
         '  done: you do it (the simulated hand moves for you); try: the robot tries; '
-        'skip: leave it'
+        'skip: leave it; goal REGION: that goal is meant'
     )
     while True:
-        line = _line('Your answer (done, try or skip): ', keyboard, check)
+        line = _line('Your answer (done, try, skip or goal REGION): ', keyboard, check)
         try:
-            return int(read_reply(line)), user_name()
+            return read_answer(line), user_name()
         except ValueError as error:
             _tell(str(error))
 
@@ -259,7 +279,7 @@ def run() -> None:
     """Console entry point."""
     app = App(add_completion=False, rich_markup_mode=None)
     app.command()(main)
-    app(prog_name='demo')
+    app()
 
 
 if __name__ == '__main__':

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any, TypeVar
 
@@ -19,19 +19,29 @@ from likeme_bringup import narration
 from likeme_bringup.demo_acts import DemoAct, DemoActResult
 from likeme_bringup.frame_buffer import FrameBuffer
 from likeme_bringup.storyboard import Panel, StoryboardRow
+from likeme_core.outcomes import MotionOutcome
 from likeme_core.ros.qos import LATCHED
 from likeme_core.tabletop import Action, State
 from likeme_core.world import World
-from likeme_msgs.msg import Decision, Demonstration, GoalBelief, Outcome, TableState
+from likeme_inference.console_replies import TypedAnswer
+from likeme_inference.tabletop.asking import ASKING_MODES
+from likeme_msgs.msg import (
+    Decision,
+    Demonstration,
+    GoalBelief,
+    HelpRequest,
+    Outcome,
+    TableState,
+)
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 from likeme_perception.rgbd import decode_rgb
 
 T = TypeVar('T')
 DONE_BY_HAND = AskHuman.Request.DONE_BY_HAND
 TRY_ANYWAY = AskHuman.Request.TRY_ANYWAY
-#: Answers ask_human: (request, check) to an AskHuman constant and a name. A function that waits
+#: Answers ask_human: (request, check) to an answer and a name. A function that waits
 #: calls `check` meanwhile, which raises when the demo cannot go on.
-Operator = Callable[[Any, Callable[[], None]], tuple[int, str]]
+Operator = Callable[[Any, Callable[[], None]], tuple[TypedAnswer, str]]
 #: Timeouts, s.
 READY_TIMEOUT, EVENT_TIMEOUT, MOTION_TIMEOUT, OUTCOME_TIMEOUT = 60.0, 20.0, 60.0, 120.0
 REPLY_TIMEOUT = 10.0
@@ -91,42 +101,65 @@ class DemoNode(Node):
     def run_act(self, act: DemoAct, seed: int) -> DemoActResult:
         """Run one act, from setting up the table to the outcome.
 
+        If other objects are in the way of a robot that does not ask, they leave the table and the
+        act begins anew.
+
         Raises:
             DemoStoppedError: it could not be completed.
         """
+        result, motion = self._run_act(act, seed)
+        if motion != MotionOutcome.NOT_FREE:
+            return result
+        self._tell('The person takes the other objects off the table and shows it again.')
+        self._take_others_away(act.object, seed)
+        return self._run_act(act, seed)[0]
+
+    def _run_act(self, act: DemoAct, seed: int) -> tuple[DemoActResult, int]:
+        """Run one act; its result and the motion's outcome."""
         self._panels = []
         self._received.clear()
         self.rows.append(StoryboardRow(act.title(), self._panels))
-        self._set_up_table(act, seed)
+        self._move_objects({act.object: act.start}, seed)
+        self._tell(narration.table(self._world, self._table))
         self._keep_next_frame('before')
         self._demonstrate(act)
         self._put_back(act)
-        choice = self._next_decision()
-        self._tell(narration.decision(self._world, choice, act))
-        asked, caption = (
-            choice.kind == Decision.ASK_HUMAN,
-            narration.action_caption(self._world, choice),
-        )
-        if asked:
-            caption = self._answer(choice)
-        elif choice.kind != Decision.EXECUTE:
-            raise DemoStoppedError(f'Expected the robot to act or to ask, got: {choice.sentence}')
-        else:
-            self._tell('The robot acts.')
-        outcome = self._outcome_of(choice)
+        asked = False
+        while True:
+            choice = self._next_decision()
+            self._tell(narration.decision(self._world, choice, act))
+            caption = narration.action_caption(self._world, choice)
+            if choice.kind == Decision.ASK_HUMAN:
+                asked, caption = True, self._answer(choice, seed)
+            elif choice.kind != Decision.EXECUTE:
+                raise DemoStoppedError(
+                    f'Expected the robot to act or to ask, got: {choice.sentence}'
+                )
+            else:
+                self._tell('The robot acts.')
+            outcome = self._outcome_of(choice)
+            self._tell(outcome.sentence)
+            if not _decides_anew(choice, outcome):
+                break
+            self._frames.clear()
         self._keep_middle_frame(caption)
-        self._tell(outcome.sentence)
         self._keep_next_frame(f'after: {narration.RESULT_CAPTIONS[outcome.result]}')
         reached = outcome.result == Outcome.REACHED and outcome.goal == act.end
-        return DemoActResult(act, reached, asked, outcome.sentence)
+        return DemoActResult(act, reached, asked, outcome.sentence), outcome.motion_outcome
 
-    def _set_up_table(self, act: DemoAct, seed: int) -> None:
-        request = ResetCell.Request(objects=[act.object], states=[act.start.name], seed=seed)
+    def _take_others_away(self, name: str, seed: int) -> None:
+        """Take all objects but one off the table."""
+        others = [other for other in self._world.objects if other != name]
+        self._move_objects(dict.fromkeys(others, self._world.regions.elsewhere), seed)
+
+    def _move_objects(self, places: Mapping[str, State], seed: int) -> None:
+        states = [state.name for state in places.values()]
+        request = ResetCell.Request(objects=list(places), states=states, seed=seed)
         reply = self._call(self._reset, request, EVENT_TIMEOUT)
         if not reply.success:
             raise DemoStoppedError(f'Expected the table to be set up, got: {reply.message}')
-        self._wait_for_object(act.object, act.start)
-        self._tell(narration.table(self._world, self._table))
+        for name, state in places.items():
+            self._wait_for_object(name, state)
 
     def _demonstrate(self, act: DemoAct) -> None:
         self._tell(f'A person shows: {act.title()}.')
@@ -165,7 +198,7 @@ class DemoNode(Node):
 
         return self._wait_for(received, OUTCOME_TIMEOUT, 'an outcome of the decision')
 
-    def _answer(self, choice: Decision) -> str:
+    def _answer(self, choice: Decision, seed: int) -> str:
         """Have the operator answer the request for help; the caption of what follows."""
         listed = self._call(self._ask, AskHuman.Request(command=AskHuman.Request.LIST))
         pending = [request for request in listed.pending if request.id == choice.id]
@@ -174,7 +207,10 @@ class DemoNode(Node):
                 f'Expected request {choice.id} to be pending, got: {listed.message}'
             )
         self._tell(f'The robot asks: {pending[0].question}')
-        answer, name = self._operator(pending[0], self._check)
+        (answer, goal), name = self._operator(pending[0], self._check)
+        if answer == TRY_ANYWAY and pending[0].kind == HelpRequest.CLEAR_THE_WAY:
+            self._tell(f'{name[0].upper()}{name[1:]} takes the other objects off the table.')
+            self._take_others_away(choice.object, seed)
         if answer == DONE_BY_HAND:
             self._tell(f'{name[0].upper()}{name[1:]} does it by hand.')
             self._move_by_hand(
@@ -188,6 +224,7 @@ class DemoNode(Node):
             object=choice.object,
             action=self._world.actions[choice.action].name,
             stamp=choice.header.stamp,
+            goal=goal,
         )
         reply = self._call(self._ask, given)
         if not reply.success:
@@ -253,6 +290,13 @@ class DemoNode(Node):
         size = image.height, image.width, image.step
         self._panels.append(Panel(title, decode_rgb(image.data, image.encoding, *size)))
         self._frames.clear()
+
+
+def _decides_anew(choice: Decision, outcome: Outcome) -> bool:
+    """Whether another decision on the same demonstration follows an outcome."""
+    if outcome.result == Outcome.GOAL_NAMED:
+        return True
+    return outcome.motion_outcome == MotionOutcome.NOT_FREE and choice.mode in ASKING_MODES
 
 
 def run_acts(

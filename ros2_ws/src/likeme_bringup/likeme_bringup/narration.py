@@ -14,7 +14,14 @@ from likeme_core.world import World
 from likeme_core.world.values import UNKNOWN
 
 #: Captions by likeme_msgs/Outcome.result.
-RESULT_CAPTIONS = ('goal reached', 'goal missed', 'not seen', 'arm failed', 'skipped')
+RESULT_CAPTIONS = (
+    'goal reached',
+    'goal missed',
+    'not seen',
+    'arm failed',
+    'skipped',
+    'goal named',
+)
 
 
 def state_name(world: World, state: int) -> str:

@@ -12,6 +12,7 @@ from typing import Annotated, NamedTuple
 
 import typer
 
+import likeme_core.program
 import likeme_core.standby
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart
 from likeme_bringup.child import Child
@@ -20,7 +21,7 @@ from likeme_bringup.launch_plan import PlannedNode, launch_plan
 from likeme_bringup.parameter_files import last_value, validated
 from likeme_bringup.respawn import Respawn
 from likeme_bringup.supervisor import Supervisor
-from likeme_core.cli import Domain, OptionalWorld
+from likeme_core.cli import MAX_SEED, Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
 from likeme_core.tabletop import Mode
 from likeme_core.typer_app import App
@@ -41,19 +42,22 @@ MODULES = {
     Part.PERCEPTION: 'likeme_perception.perception_node',
     Part.INFERENCE: 'likeme_inference.inference_node',
 }
+#: What takes the place of the simulated arm with `--arm`.
+REAL_ARM = 'likeme_arm.arm_driver_node'
 NODES = {
     Part.HOLD: 'hold_keeper',
     Part.ARM: 'arm_driver',
     Part.PERCEPTION: 'perception_node',
     Part.INFERENCE: 'inference_node',
 }
-STANDBY = (likeme_core.standby.__name__,)
+PROGRAM, STANDBY = likeme_core.program.__name__, likeme_core.standby.__name__
 
 
 class StartOptions(NamedTuple):
     """Options of a start; None leaves the node's default or the parameter file's value.
 
-    world: see World.source.
+    world: see World.source. arm: configuration of a real arm, whose driver then takes the place of
+    the simulated cell. dry_run, step: of that driver.
     """
 
     simulate: tuple[SimulatedPart, ...] | None = None
@@ -66,10 +70,19 @@ class StartOptions(NamedTuple):
     experience: str | None = None
     parameter_files: tuple[Path, ...] = ()
     world: str | None = None
+    arm: str | None = None
+    dry_run: bool = False
+    step: bool = False
+
+    def module(self, part: Part) -> str:
+        """The module of a part's node."""
+        return REAL_ARM if part is Part.ARM and self.arm is not None else MODULES[part]
 
     @property
     def simulated_clock(self) -> bool:
         """Whether the arm driver publishes /clock: every part is simulated."""
+        if self.arm is not None:
+            return False
         told = partial(last_value, self.parameter_files, 'arm_driver')
         parts = self.simulate or told('simulate') or ALL_PARTS
         return {*parts} == ALL_PARTS and told('publish_clock') is not False
@@ -78,12 +91,16 @@ class StartOptions(NamedTuple):
         """ROS parameters of one node that override the files."""
         if part is Part.HOLD:
             return {}
+        simulated: dict[str, object | None] = {
+            'simulate': [part.value for part in self.simulate] if self.simulate else None,
+            'seed': self.seed,
+            'real_time_factor': self.real_time_factor,
+        }
+        real: dict[str, object | None] = {
+            'arm': self.arm, 'dry_run': self.dry_run or None, 'step': self.step or None,
+        }  # fmt: skip
         values: dict[Part, dict[str, object | None]] = {
-            Part.ARM: {
-                'simulate': [part.value for part in self.simulate] if self.simulate else None,
-                'seed': self.seed,
-                'real_time_factor': self.real_time_factor,
-            },
+            Part.ARM: simulated if self.arm is None else real,
             Part.PERCEPTION: {},
             Part.INFERENCE: {
                 'mode': self.mode.value if self.mode else None,
@@ -100,9 +117,9 @@ class StartOptions(NamedTuple):
 DEFAULTS = StartOptions()
 
 
-def executable(part: Part) -> tuple[str, str]:
+def executable(part: Part, options: StartOptions = DEFAULTS) -> tuple[str, str]:
     """Package and executable of a part, as for `ros2 run`."""
-    package, _, module = MODULES[part].partition('.')
+    package, _, module = options.module(part).partition('.')
     return package, module
 
 
@@ -112,17 +129,23 @@ def children(
     """The processes to start, with their ROS arguments."""
     environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'} if network else {}
     return [
-        Child(part.value, command(part, options), environment, command(part, options, STANDBY))
+        Child(
+            part.value, command(part, options), environment, command(part, options, standby=True)
+        )
         for part in parts
     ]
 
 
-def command(part: Part, options: StartOptions, runner: tuple[str, ...] = ()) -> list[str]:
+def command(part: Part, options: StartOptions, standby: bool = False) -> list[str]:
     """The command line of one node; `python -m` also serves a tree that is not installed.
 
-    runner: a module that runs the node's module.
+    standby: of the process that waits to become the node; it is killed, not interrupted.
     """
-    arguments = [sys.executable, '-m', *runner, MODULES[part], '--ros-args']
+    interpreter = [sys.executable, '-m']
+    # Blocked until the program can take a signal.
+    program = ['env', '--block-signal=INT', *interpreter, PROGRAM, NODES[part]]
+    runner = [*interpreter, STANDBY] if standby else program
+    arguments = [*runner, options.module(part), '--ros-args']
     if options.simulated_clock:
         # Before the files, which may say otherwise.
         arguments += ['-p', 'use_sim_time:=true']
@@ -136,7 +159,7 @@ def command(part: Part, options: StartOptions, runner: tuple[str, ...] = ()) -> 
 def plan(parts: Sequence[Part], options: StartOptions, namespace: str) -> str:
     """See likeme_bringup.launch_plan."""
     nodes = [
-        PlannedNode(part.value, NODES[part], *executable(part), options.overrides(part))
+        PlannedNode(part.value, NODES[part], *executable(part, options), options.overrides(part))
         for part in parts
     ]
     return launch_plan(nodes, options.parameter_files, namespace, options.simulated_clock)
@@ -152,6 +175,29 @@ def parameter_file(path: Path) -> Path:
         return validated(path)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint='--params') from None
+
+
+def check_arm(options: StartOptions) -> None:
+    """Refuse options of the simulated cell with a real arm, and the other way round.
+
+    Raises:
+        typer.BadParameter: expected and got.
+    """
+    if options.arm is None:
+        if options.dry_run or options.step:
+            raise typer.BadParameter(
+                'Expected --arm CONFIG with it, got none.',
+                param_hint='--dry-run' if options.dry_run else '--step',
+            )
+        return
+    for name, value in (
+        ('--simulate', options.simulate), ('--seed', options.seed),
+        ('--real-time-factor', options.real_time_factor),
+    ):  # fmt: skip
+        if value is not None:
+            raise typer.BadParameter(
+                'Expected none of it with --arm: nothing is simulated.', param_hint=name
+            )
 
 
 def start_cell(
@@ -174,7 +220,9 @@ def start_cell(
     actions: Annotated[
         int | None, typer.Option(min=1, max=100, help='Budget of the sequential mode.')
     ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help='Seed of the simulated cell.')] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, max=MAX_SEED, help='Seed of the simulated cell.')
+    ] = None,
     real_time_factor: Annotated[
         float | None, typer.Option(min=0.0, help='1: real time; 0: as fast as possible.')
     ] = None,
@@ -193,6 +241,18 @@ def start_cell(
         ),
     ] = None,
     world: OptionalWorld = None,
+    arm: Annotated[
+        str | None,
+        typer.Option(
+            help='Drive a real arm: a shipped configuration or a file, not the simulator.'
+        ),
+    ] = None,
+    dry_run: Annotated[
+        bool, typer.Option('--dry-run', help='With --arm: plan and show motions, move nothing.')
+    ] = False,
+    step: Annotated[
+        bool, typer.Option('--step', help='With --arm: ask before each motion (allow.sh).')
+    ] = False,
     respawn: Annotated[
         bool,
         typer.Option(
@@ -224,7 +284,11 @@ def start_cell(
         experience,
         tuple(parameter_file(path) for path in params or ()),
         None if world is None else world.source,
+        arm if arm is None or not Path(arm).is_file() else str(Path(arm).resolve()),
+        dry_run,
+        step,
     )
+    check_arm(options)
     if launch_plan_of is not None:
         print(plan(parts, options, launch_plan_of))
         return
@@ -250,7 +314,7 @@ def main() -> None:
     """Entry point of `start_cell`."""
     app = App(add_completion=False, rich_markup_mode=None)
     app.command()(start_cell)
-    app(prog_name='start_cell')
+    app()
 
 
 if __name__ == '__main__':

@@ -118,7 +118,7 @@ def looks(
 ) -> None:
     """Print what the simulated camera sees of objects, for `looks` in the world file.
 
-    For a real object: look.sh COLOUR.png DEPTH.png --learn NAME.
+    For a real object: teach.sh NAME --live.
     """
     world = _loaded(file)
     # Starts the physics engine.
@@ -146,7 +146,7 @@ def _fail(sentence: str) -> NoReturn:
 
 def main() -> None:
     """Entry point of `world`."""
-    app(prog_name='world')
+    app()
 
 
 if __name__ == '__main__':

@@ -5,9 +5,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from likeme_bringup.demo import DONE_BY_HAND, _ask_at_keyboard
+from likeme_bringup.demo import _ask_at_keyboard
 from likeme_bringup.demo_node import DemoStoppedError
 from likeme_inference.keyboard import DISCARDED, Keyboard
+from likeme_inference.tabletop.values import Reply
 
 
 @pytest.fixture
@@ -28,8 +29,8 @@ def test_what_was_typed_before_the_question_is_no_answer(
     source, typed = pipe
     os.write(typed, b'try\n')
     lines = iter([b'perhaps\n', b'done\n'])
-    reply, _ = _ask_at_keyboard(Keyboard(source), lambda: os.write(typed, next(lines)))
-    assert reply == DONE_BY_HAND
+    answer, _ = _ask_at_keyboard(Keyboard(source), lambda: os.write(typed, next(lines)))
+    assert answer == (Reply.DONE_BY_HAND, '')
     assert DISCARDED in capsys.readouterr().out
 
 

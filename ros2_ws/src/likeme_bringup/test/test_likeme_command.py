@@ -30,8 +30,8 @@ def test_no_command_line_of_a_package_is_left_out() -> None:
 @pytest.mark.parametrize(
     ('words', 'expected'),
     [
-        (['stop', '--by', 'Ada'], ['stop', '--by', 'Ada']),
-        (['hold', '--domain', '3'], ['cell', 'hold', '--domain', '3']),
+        (['stop', '--by', 'Ada'], ['likeme stop', '--by', 'Ada']),
+        (['hold', '--domain', '3'], ['likeme cell', 'hold', '--domain', '3']),
     ],
 )
 def test_the_words_are_passed_on(
@@ -73,4 +73,4 @@ def test_other_words_get_the_names(
         main()
     assert end.value.code == code
     told = capsys.readouterr()
-    assert 'Expected one of arm, ask-human' in told.out + told.err
+    assert 'Expected one of allow, arm, ask-human' in told.out + told.err

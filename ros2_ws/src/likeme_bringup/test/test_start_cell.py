@@ -7,6 +7,7 @@ import runpy
 import sys
 import types
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -49,8 +50,9 @@ def test_the_command_line_comes_after_the_parameter_file(tmp_path: Path) -> None
     mine = tmp_path / 'mine.yaml'
     mine.write_text('arm_driver: {ros__parameters: {seed: 3}}')
     words = command(Part.ARM, StartOptions(seed=4, parameter_files=(mine,)))
-    assert words[1:4] == ['-m', 'likeme_arm_sim.arm_driver_node', '--ros-args']
-    assert words[4:] == [
+    assert words[:2] == ['env', '--block-signal=INT']
+    assert words[3:] == [
+        '-m', 'likeme_core.program', 'arm_driver', 'likeme_arm_sim.arm_driver_node', '--ros-args',
         '-p', 'use_sim_time:=true', '--params-file', str(mine), '-p', 'seed:=4'
     ]  # fmt: skip
 
@@ -84,6 +86,14 @@ def test_the_parts_to_simulate_are_a_list() -> None:
     assert command(Part.ARM, options)[-1] == "simulate:=['camera', 'person']"
 
 
+def test_a_real_arm_takes_the_place_of_the_simulated_cell() -> None:
+    options = StartOptions(arm='panda', step=True, world='three_bins')
+    assert executable(Part.ARM, options) == ('likeme_arm', 'arm_driver_node')
+    assert options.overrides(Part.ARM) == {'world': 'three_bins', 'arm': 'panda', 'step': True}
+    assert not options.simulated_clock
+    assert executable(Part.PERCEPTION, options) == executable(Part.PERCEPTION)
+
+
 def test_discovery_is_local_by_default() -> None:
     assert children()[0].environment == {}
     assert children(network=True)[0].environment == {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
@@ -104,6 +114,10 @@ def test_every_part_is_a_module_and_an_entry_point(part: Part) -> None:
         ['--threshold', '1.5'],
         ['--mode', 'x'],
         ['--seed', '-1'],
+        ['--step'],
+        ['--dry-run'],
+        ['--arm', 'panda', '--simulate', 'camera'],
+        ['--arm', 'panda', '--seed', '1'],
     ],
 )
 def test_wrong_usage_is_refused_before_anything_starts(arguments: list[str]) -> None:
@@ -215,7 +229,7 @@ def test_the_launch_files_arguments_reach_the_nodes(
     mine.write_text('inference_node: {ros__parameters: {turn_timeout: 7e1}}\n')
     nodes, environment = started(
         launch, only='inference, arm', mode='trajectory', params_file=str(mine), domain='7',
-        network='true', use_sim_time='True', simulate='arm',
+        network='true', use_sim_time='True', autostart='false', simulate='arm',
     )  # fmt: skip
     # ROS reads 7e1 as a number, PyYAML as a text: it stays as it is written.
     assert '7e1' in Path(nodes[0].kwargs['parameters'][0]).read_text()
@@ -224,6 +238,7 @@ def test_the_launch_files_arguments_reach_the_nodes(
         '/arm_driver': {'ros__parameters': {'simulate': ['arm']}},
         '/inference_node': {'ros__parameters': {'mode': 'trajectory'}},
         'use_sim_time': True,
+        'autostart': False,
     }
     assert environment['ROS_DOMAIN_ID'] == '7'
     assert environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
@@ -263,26 +278,40 @@ def test_the_launch_file_refuses_in_one_sentence_what_start_cell_refuses(
     assert '\n' not in str(refused.value)
 
 
-def exits(node: Stand, *codes: int) -> list[Any]:
-    """What a node's ends lead to."""
-    event = types.SimpleNamespace
-    return [node.kwargs['on_exit'](event(returncode=code), {}) for code in codes]
+def exits(node: Stand, *codes: int, shut_down: bool = False) -> list[Any]:
+    """What a node's ends lead to: actions, or the sentence of an error."""
+    found: list[Any] = []
+    for code in codes:
+        event, context = SimpleNamespace(returncode=code), SimpleNamespace(is_shutdown=shut_down)
+        try:
+            found.append(node.kwargs['on_exit'](event, context))
+        except RuntimeError as error:
+            found.append(str(error))
+    return found
 
 
 def test_the_launch_file_respawns_with_a_limit(launch: dict[str, Any]) -> None:
-    (_, arm, perception, inference), _ = started(launch)
+    (_, arm, perception, _), _ = started(launch)
     assert arm.kwargs['respawn'] is True
     assert arm.kwargs['respawn_delay'] > 0
-    *mended, last = exits(arm, *[-9] * 5)
-    assert mended == [[]] * 4
-    assert last[0].kwargs['reason'] == (
-        'arm was ended by SIGKILL, death 5 in a row within 30 s of a start'
-    )
-    assert exits(perception, 0)[0]
-    assert exits(inference, REFUSED)[0]
+    row = 'arm was ended by SIGKILL, death 5 in a row within 30 s of a start.'
+    assert exits(arm, *[-9] * 5) == [[], [], [], [], row]
+    # Once a node has started, a refusal is a death like any other.
+    assert exits(perception, -9, REFUSED) == [[], []]
     (arm,), _ = started(launch, respawn='false', only='arm')
     assert arm.kwargs['respawn'] is False
-    assert exits(arm, -9)[0][0].kwargs['reason'] == 'arm was ended by SIGKILL'
+    assert exits(arm, -9) == ['arm was ended by SIGKILL.']
+
+
+def test_launch_fails_with_a_node_that_fails_and_ends_well_with_one_that_was_told_to(
+    launch: dict[str, Any],
+) -> None:
+    (_, arm, perception, inference), _ = started(launch)
+    assert exits(inference, REFUSED) == ['inference ended with exit code 78.']
+    ((told,),) = exits(perception, 0)
+    assert told.kwargs['reason'] == 'perception ended with exit code 0'
+    # Killed after its time to end: no failure of its own.
+    assert exits(arm, *[-9] * 9, REFUSED, 0, shut_down=True) == [[]] * 11
 
 
 def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) -> None:
@@ -290,7 +319,7 @@ def test_the_launch_file_declares_what_start_cell_takes(launch: dict[str, Any]) 
 
     from likeme_bringup.start_cell import start_cell
 
-    ours = {'namespace', 'params_file', 'use_sim_time'}
+    ours = {'namespace', 'params_file', 'use_sim_time', 'autostart'}
     theirs = {'params', 'launch_plan_of'}
     assert (
         set(launch['ARGUMENTS']) - ours == set(inspect.signature(start_cell).parameters) - theirs

@@ -21,7 +21,7 @@ from likeme_bringup.ros.service_client import (
     next_table_state,
 )
 from likeme_bringup.ros.status_command import status_command
-from likeme_core.cli import Domain, Network
+from likeme_core.cli import MAX_SEED, Domain, Network
 from likeme_core.ros.world import WorldNames, WorldSubscriber
 from likeme_core.tabletop import Manner
 from likeme_core.typer_app import App
@@ -101,7 +101,7 @@ def reset_command(
         list[str] | None,
         typer.Argument(metavar='[OBJECT=STATE]...', help='e.g. pear=left lemon=right.'),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help='Draws the exact places.')] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=MAX_SEED, help='Draws the exact places.')] = 0,
     network: Network = False,
     domain: Domain = 0,
 ) -> None:
@@ -150,12 +150,12 @@ def application(*commands: tuple[str, Callable[..., None]]) -> typer.Typer:
 
 def arm() -> None:
     """Entry point of `arm`."""
-    application(('arm', arm_command))(prog_name='arm')
+    application(('arm', arm_command))()
 
 
 def show() -> None:
     """Entry point of `show`."""
-    application(('show', show_command))(prog_name='show')
+    application(('show', show_command))()
 
 
 def cell() -> None:
@@ -165,7 +165,7 @@ def cell() -> None:
         ('hold', hold_command),
         ('resume', resume_command),
         ('status', status_command),
-    )(prog_name='cell')
+    )()
 
 
 if __name__ == '__main__':

@@ -59,7 +59,7 @@ app.command()(doctor)
 
 def main() -> None:
     """Entry point of `doctor`."""
-    app(prog_name='doctor')
+    app()
 
 
 if __name__ == '__main__':

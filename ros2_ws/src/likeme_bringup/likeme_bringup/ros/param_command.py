@@ -5,9 +5,10 @@ Exit codes: 0 done, 1 refused, 2 wrong usage, 3 the node is not there, 130 Ctrl-
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import rclpy
 import typer
@@ -17,16 +18,30 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
+from likeme_bringup.nearest_names import nearest
 from likeme_bringup.ros.cell_commands import application, report
 from likeme_bringup.ros.service_client import DISCOVERY_TIMEOUT, CallResult, client_node, domain_of
 from likeme_core.cli import Domain, Network
 
+#: End of the service by which a node lists its parameters.
+LISTS = '/list_parameters'
+#: s between two looks at the nodes; two that are alike are believed.
+SETTLE = 1.0
+START = 'is the cell running? Start it: ./scripts/start_cell.sh'
 NodeName = Annotated[str, typer.Argument(metavar='NODE', help='e.g. inference_node.')]
 Name = Annotated[str, typer.Argument(metavar='NAME', help='Of the parameter.')]
 
 
-def list_command(node_name: NodeName, network: Network = False, domain: Domain = 0) -> None:
-    """Every parameter of a node, with its value and description."""
+def list_command(
+    node_name: Annotated[
+        str, typer.Argument(metavar='[NODE]', help='e.g. inference_node; none: list the nodes.')
+    ] = '',
+    network: Network = False,
+    domain: Domain = 0,
+) -> None:
+    """Every parameter of a node, with its value and description; without a node: the nodes."""
+    if not node_name:
+        list_nodes(network, domain)
     with parameters_of(node_name, network, domain) as parameters:
         names = sorted(parameters.names())
         lines = [
@@ -65,6 +80,32 @@ def set_command(
     report(CallResult(0, f'{node_name}: {name} is {value} now.'))
 
 
+def list_nodes(network: bool, domain: int) -> NoReturn:
+    """The nodes that have parameters."""
+    with client_node(network, domain) as node:
+        names = parameter_nodes(node)
+    if not names:
+        report(CallResult(3, f'No node with parameters on ROS domain {domain}: {START}'))
+    report(CallResult(0, '\n'.join(names)))
+
+
+def parameter_nodes(node: Node) -> list[str]:
+    """Names of the other nodes that serve their parameters, after a while of discovery."""
+    deadline = time.monotonic() + DISCOVERY_TIMEOUT
+    names: set[str] = set()
+    while time.monotonic() < deadline:
+        rclpy.spin_once(node, timeout_sec=SETTLE)
+        found = {
+            name.removesuffix(LISTS)
+            for name, _ in node.get_service_names_and_types()
+            if name.endswith(LISTS)
+        } - {node.get_fully_qualified_name()}
+        if found and found == names:
+            break
+        names = found
+    return sorted(names)
+
+
 class Parameters:
     """The parameters of one running node, over its services."""
 
@@ -72,7 +113,16 @@ class Parameters:
         self._node, self._name = node, name
         self._client = AsyncParameterClient(node, name)
         if not self._client.wait_for_services(DISCOVERY_TIMEOUT):
-            report(CallResult(3, f'There is no node {name} on ROS domain {domain_of(node)}.'))
+            # This client is listed as if it served the name.
+            there = [each for each in parameter_nodes(node) if each.strip('/') != name.strip('/')]
+            known = (
+                f'The nearest: {", ".join(nearest(name, there) or there)}.'
+                if there
+                else f'No other node is there: {START}'
+            )
+            report(
+                CallResult(3, f'There is no node {name} on ROS domain {domain_of(node)}. {known}')
+            )
 
     def names(self) -> list[str]:
         """Names of all."""
@@ -148,9 +198,7 @@ def limits(about: ParameterDescriptor) -> str:
 
 def param() -> None:
     """Entry point of `param`."""
-    application(('list', list_command), ('get', get_command), ('set', set_command))(
-        prog_name='param'
-    )
+    application(('list', list_command), ('get', get_command), ('set', set_command))()
 
 
 if __name__ == '__main__':
