@@ -2,14 +2,15 @@
 # Usage: scripts/ask_human.sh [--by NAME] | list | answer ID done|try|skip [--by NAME] [--object NAME]
 #                             [--network] [--domain N]
 #
-# CLI client of ask_human. Without arguments it waits for requests and reads answers from the
-# keyboard.
+# Answers the robot from a console. Without arguments it waits for requests and reads answers from
+# the keyboard. The same as scripts/operator.sh list, answer and --plain.
 #
 #   list                     pending requests
 #   answer ID done           "I did it by hand": the camera decides the outcome
 #   answer ID try            "try your best action anyway"
 #   answer ID skip           "skip it"
 #   --object NAME            answer only a request about this object
+#   --json                   list and answer as one JSON document
 #   --by NAME                name of the operator (default: the user name)
 #   --network                look for the cell on other machines of the subnet too
 #   --domain N               ROS domain (default: ROS_DOMAIN_ID or 0)
@@ -20,4 +21,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_inference.ask_human_node "$@"
+run_program likeme_operator.ros.question_commands "$@"

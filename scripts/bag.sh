@@ -17,4 +17,4 @@ set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 [[ -n ${1:-} ]] || set -- --help
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_bags.bag_console "$@"
+run_program likeme_bags.bag_console "$@"

@@ -7,7 +7,7 @@
 #   --json   one JSON document with the machine, the bars and the notes
 #
 # A benchmark that compares with other libraries (inference) installs them the first time, from
-# benchmarks/peers.lock.
+# benchmarks/peers.lock; hold installs the operator's screen from scripts/operator.lock.
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
@@ -15,7 +15,7 @@ source "$here/help.bash"
 if [[ $# == 0 ]]; then
   cd "$here/../benchmarks"
   for file in *.py; do
-    if [[ $file != report.py && $file != *_peers.py ]]; then
+    if [[ $file != report.py && $file != *_peers.py && $file != *_robots.py ]]; then
       printf '%-20s %s\n' "${file%.py}" "$(sed -n '1{s/^"""//;s/"""$//;p}' "$file")"
     fi
   done
@@ -24,7 +24,7 @@ fi
 name=$1
 shift
 file=$here/../benchmarks/$name.py
-if [[ $name == report || $name == *_peers || $name == */* || ! -f $file ]]; then
+if [[ $name == report || $name == *_peers || $name == *_robots || $name == */* || ! -f $file ]]; then
   echo "bench.sh: there is no benchmark '$name'; scripts/bench.sh lists them." >&2
   exit 2
 fi
@@ -32,4 +32,8 @@ if [[ -f $here/../benchmarks/${name}_peers.py ]]; then
   source "$here/extra.bash"
   install_extra benchmarks/peers.lock
 fi
-exec "$here/run.sh" python "$file" "$@"
+if [[ $name == hold ]]; then
+  source "$here/extra.bash"
+  install_extra scripts/operator.lock
+fi
+run_program "$file" "$@"

@@ -20,4 +20,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_bringup.ros.cell_commands cell "$@"
+run_program likeme_bringup.ros.cell_commands:cell "$@"

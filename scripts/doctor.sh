@@ -15,4 +15,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_bringup.ros.doctor_command "$@"
+run_program likeme_bringup.ros.doctor_command "$@"

@@ -17,4 +17,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_experiments.commands.fit_physics "$@"
+run_program likeme_experiments.commands.fit_physics:run "$@"

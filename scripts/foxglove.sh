@@ -17,4 +17,4 @@ here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
 source "$here/extra.bash"
 install_extra scripts/foxglove.lock
-exec "$here/run.sh" python -m likeme_replay.foxglove_console "$@"
+run_program likeme_replay.foxglove_console "$@"

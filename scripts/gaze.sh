@@ -21,4 +21,4 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_experiments.commands.gaze "$@"
+run_program likeme_experiments.commands.gaze:run "$@"

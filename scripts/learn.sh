@@ -11,6 +11,8 @@
 #   --workers N         processes (offline)
 #   --scheduler ADDR    on a Dask cluster (offline)
 #   --with-cell         start a cell first (live)
+#   --resets WHO        simulator, or human (live): people set the table up, asked here, and as little as
+#                       the robot's own actions allow; needs --robot or --with-cell
 #   --policy NAME       systematic (every pair 10 times, as in the paper), random, or
 #                       information-gain (the trial expected to improve decisions most)
 #   --repetitions N     trials of each pair (systematic); --trials N: trials in all (the others)
@@ -22,9 +24,10 @@
 #   --store PLACE       SQLite file or database URL (default: out/experience.sqlite, of other
 #                       worlds out/experience-NAME.sqlite)
 #
-# Exit codes: 0 all trials are recorded, 1 failure, 2 usage, 3 no cell is running, 130 Ctrl-C.
+# Exit codes: 0 all trials are recorded, 1 failure or resets were skipped, 2 usage, 3 no cell is
+# running, 130 Ctrl-C.
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_experiments.commands.learn "$@"
+run_program likeme_experiments.commands.learn:run "$@"

@@ -20,4 +20,4 @@ set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 [[ -n ${1:-} ]] || set -- --help
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_inference.log_commands "$@"
+run_program likeme_inference.log_commands "$@"

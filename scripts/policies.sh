@@ -14,4 +14,4 @@ set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 [[ -n ${1:-} ]] || set -- --help
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_replay.policies.console "$@"
+run_program likeme_replay.policies.console "$@"

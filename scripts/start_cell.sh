@@ -19,6 +19,9 @@
 #   --real-time-factor F      1: real time; 0: as fast as possible
 #   --model FILE              another transition model of the robot
 #   --world W                 a shipped world (chung2015, three_bins, one_more_manner) or a world file
+#   --arm CONFIG              drive a real arm instead of the simulated cell: panda, so101, ur5_gripper or a
+#                             file (docs/your-arm.md); the camera's driver is yours to start
+#   --dry-run, --step         with --arm: plan and show only; ask before each motion (scripts/allow.sh)
 #   --experience STORE        SQLite file or database URL: executed imitations improve the model
 #   --params FILE             ROS parameter file; likeme_bringup/config/cell.yaml has all names
 #   --domain N                ROS domain (default: ROS_DOMAIN_ID or 0)
@@ -29,4 +32,11 @@
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
 source "$here/help.bash"
-exec "$here/run.sh" python -m likeme_bringup.start_cell "$@"
+for word; do
+  if [[ $word == --arm || $word == --arm=* ]]; then
+    source "$here/extra.bash"
+    install_extra scripts/real_arm.lock
+    break
+  fi
+done
+run_program likeme_bringup.start_cell "$@"

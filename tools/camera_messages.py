@@ -94,6 +94,8 @@ def heard(item: SessionInput, number: int) -> bytes:
         motion_outcome=getattr(fields, 'motion_outcome', 255),
         finished=getattr(fields, 'finished', time_of(0)),
         answer=getattr(fields, 'answer', 0),
+        object=getattr(fields, 'object', ''),
+        goal=getattr(fields, 'goal', ''),
         message=getattr(fields, 'message', ''),
     )
     return definitions().write(message)
