@@ -9,24 +9,24 @@ real counts an exact multinomial test at 0.05 does not distinguish from the simu
 
 from __future__ import annotations
 
-import argparse
-
 from likeme_arm_sim.cell import Cell
 from likeme_arm_sim.headless_trial import SimulatedPerception, wait_until_at_rest
 from likeme_core.outcomes import Actor
 from likeme_core.paper_world import OFFTABLE, WORLD
+from likeme_core.progress_bar import counted
 from likeme_core.tabletop import Action, State
 from likeme_experiments.physics_fit.evaluate import FRESH, LEVEL
 from likeme_experiments.physics_fit.multinomial_test import multinomial_p_value, smoothed
 from likeme_experiments.physics_fit.table_rows import table_rows
-from report import Bar, publish
+from report import Bar, option_parser, publish, whole_number
 
 
 def final_states(cell: Cell, name: str, x_i: State, action: Action, seeds: int) -> list[int]:
     """How often the object ended LEFT, RIGHT, OFFTABLE."""
     counts = [0, 0, 0]
     others = [other for other in WORLD.objects if other != name]
-    for seed in range(FRESH, FRESH + seeds):
+    fresh = range(FRESH, FRESH + seeds)
+    for seed in counted(fresh, f'{name} {x_i.name} {action.name}', seeds):
         cell.reset([*others, name], [OFFTABLE, OFFTABLE, x_i], seed)
         cell.run_action(Actor.ROBOT, name, action, SimulatedPerception(cell, seed).look)
         wait_until_at_rest(cell, name)
@@ -38,9 +38,8 @@ def final_states(cell: Cell, name: str, x_i: State, action: Action, seeds: int) 
 
 def main() -> None:
     """Run all trials and publish the comparison with the real robot."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--seeds', type=int, default=10)
-    parser.add_argument('--json', action='store_true')
+    parser = option_parser('actions')
+    parser.add_argument('--seeds', type=whole_number, default=10)
     seeds = parser.parse_args().seeds
     cell, notes, passed = Cell(WORLD, 0), {}, 0
     for row in table_rows():

@@ -15,6 +15,7 @@ from importlib import import_module
 
 import report
 from bags_parts import Effort, Measured
+from likeme_core.progress_bar import counted
 
 #: Where each part is measured; looked up when it is its turn, since some need ROS and some none.
 PARTS: Mapping[str, str] = {
@@ -45,21 +46,20 @@ def at_least_one(text: str) -> int:
 
 def main() -> None:
     """Measure the chosen parts and print them."""
-    parser = argparse.ArgumentParser(prog='bench.sh bags', usage=__doc__)
+    parser = report.option_parser('bags', usage=__doc__)
     parser.add_argument('--only', action='append', choices=PARTS)
     parser.add_argument('--runs', type=at_least_one, default=100)
     parser.add_argument('--seconds', type=at_least_one, default=20)
     parser.add_argument('--damaged', type=at_least_one, default=2000)
-    parser.add_argument('--json', action='store_true')
     given = parser.parse_args()
     effort = Effort(given.runs, given.seconds, given.damaged)
     bars: list[report.Bar] = []
     notes: dict[str, object] = {}
-    for name in PARTS:
-        if given.only is None or name in given.only:
-            more, said = part(name)(effort)
-            bars += more
-            notes |= said
+    chosen = [name for name in PARTS if given.only is None or name in given.only]
+    for name in counted(chosen, 'parts', len(chosen)):
+        more, said = part(name)(effort)
+        bars += more
+        notes |= said
     sys.exit(not report.publish('bags', bars, notes))
 
 

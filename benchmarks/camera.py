@@ -30,6 +30,7 @@ from likeme_arm_sim.renderer import MeshRenderer, RenderBody
 from likeme_arm_sim.toys import toys_of
 from likeme_core.camera_mount import CameraMount
 from likeme_core.paper_world import WORLD
+from likeme_core.progress_bar import counted
 
 TOYS = toys_of(WORLD)
 FRAMES, TINY_FRAMES = 200, 8
@@ -47,7 +48,7 @@ def on_one_core() -> None:
     if len(os.sched_getaffinity(0)) > 1:
         os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
         single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
-        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | single)
+        os.execve(sys.executable, sys.orig_argv, os.environ | single)
 
 
 def pose(x: float, y: float, z: float, rotation: Rotation | None = None) -> Floats:
@@ -91,10 +92,10 @@ def arm(client: int, body: int, shift: float) -> list[RenderBody]:
     return bodies
 
 
-def milliseconds(work: Callable[[int], object], times: int) -> Floats:
+def milliseconds(what: str, work: Callable[[int], object], times: int) -> Floats:
     """Processor time of each of `times` calls, ms, after two to warm up."""
     spent = []
-    for index in (0, 1, *range(times)):
+    for index in counted((0, 1, *range(times)), what, times + 2, timed=True):
         start = time.process_time()
         work(index)
         spent.append(time.process_time() - start)
@@ -147,6 +148,7 @@ class Tiny:
 def main() -> None:
     """Measure and publish."""
     on_one_core()
+    report.option_parser('camera').parse_args()
     cv2.setNumThreads(1)
     background = cell_background(WORLD.table)
     renderer, kinect = MeshRenderer(WORLD.camera, background), Kinect(WORLD.camera)
@@ -156,15 +158,15 @@ def main() -> None:
     with_hand = [toys() + hand(shift) for shift in shifts]
     with_arm = [with_hand[k] + arm(client, body, shift) for k, shift in enumerate(shifts)]
 
-    quick = milliseconds(lambda k: kinect.sense(renderer.render(with_hand[k])), FRAMES)
-    full = milliseconds(lambda k: kinect.sense(renderer.render(with_arm[k])), FRAMES)
-    drawn = milliseconds(lambda k: renderer.render(with_arm[k]), FRAMES)
+    hand_scene, arm_scene = 'toys and hand', 'toys, hand and arm'
+    quick = milliseconds(hand_scene, lambda k: kinect.sense(renderer.render(with_hand[k])), FRAMES)
+    full = milliseconds(arm_scene, lambda k: kinect.sense(renderer.render(with_arm[k])), FRAMES)
+    drawn = milliseconds('drawing alone', lambda k: renderer.render(with_arm[k]), FRAMES)
     still = [RenderBody(item.mesh, np.eye(4)) for item in background]
     tiny = Tiny([*still, *with_arm[0]], WORLD.camera)
-    theirs = milliseconds(lambda k: tiny.depth(), TINY_FRAMES)
+    theirs = milliseconds('TinyRenderer', lambda k: tiny.depth(), TINY_FRAMES)
     error = 1e3 * np.abs(tiny.depth() - renderer.render(with_arm[0]).depth)
 
-    hand_scene, arm_scene = 'toys and hand', 'toys, hand and arm'
     bars = [
         *bars_of(hand_scene, quick, 15.0, 30.0),
         *bars_of(arm_scene, full, 20.0, 15.0),

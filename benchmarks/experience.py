@@ -7,7 +7,7 @@ the rate excludes the first 54, in which cells are made. `--writers N` (4): proc
 
 from __future__ import annotations
 
-import argparse
+import math
 import multiprocessing
 import tempfile
 import time
@@ -17,16 +17,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 import psutil
+from rich.console import Console
 
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.paper_world import LEFT, PUSH_LEFT, WORLD
+from likeme_core.progress_bar import ProgressBar
 from likeme_experiments.learning.offline import learn_locally
 from likeme_experiments.learning.robot_identity import simulated_robot
 from likeme_inference.experience.campaign import Campaign, Progress
 from likeme_inference.experience.exploration_policy import Systematic
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.trial import Pair, Trial, TrialKey
-from report import Bar, publish
+from report import Bar, option_parser, publish, whole_number
 
 EACH = 250
 PAIRS = len(WORLD.states) * len(WORLD.actions)
@@ -58,12 +60,18 @@ def run(workers: int, repetitions: int, folder: Path) -> CampaignRun:
         WORLD, simulated_robot(WORLD), 'offline-1', 1, WORLD.objects, Systematic(repetitions)
     )
     marks: list[tuple[float, float]] = []
+    bar = ProgressBar(
+        Console(stderr=True), f'trials, {workers} at a time', warm_up * repetitions, 0, math.inf,
+        timed=True,
+    )  # fmt: skip
+
+    def mark(_: Trial) -> None:
+        marks.append((time.monotonic(), _children_time()))
+        bar.advance('')
+
     began = time.monotonic()
-    with store_at(folder / f'{workers}.sqlite') as store:
-        progress = Progress(campaign, store)
-        learn_locally(
-            progress, store, workers, lambda _: marks.append((time.monotonic(), _children_time()))
-        )
+    with store_at(folder / f'{workers}.sqlite') as store, bar.shown():
+        learn_locally(Progress(campaign, store), store, workers, mark)
         ends = tuple(sorted((t.key.identity, int(t.x_f)) for t in store.trials()))
     ended = time.monotonic()
     (first, first_used), (last, last_used) = marks[warm_up - 1], marks[-1]
@@ -108,10 +116,9 @@ def write(writers: int, folder: Path) -> tuple[float, int]:
 
 def main() -> None:
     """Measure and publish."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--trials', type=int, default=162)
-    parser.add_argument('--writers', type=int, default=4)
-    parser.add_argument('--json', action='store_true')
+    parser = option_parser('experience')
+    parser.add_argument('--trials', type=whole_number, default=162)
+    parser.add_argument('--writers', type=whole_number, default=4)
     given = parser.parse_args()
     repetitions = max(2, round(given.trials / PAIRS / len(WORLD.objects)))
     trials = repetitions * PAIRS * len(WORLD.objects)

@@ -11,14 +11,13 @@ Exit code 1 if a bar is missed.
 
 from __future__ import annotations
 
-import argparse
 from typing import Any
 
 import numpy as np
 
 from faults_parts import results
 from faults_parts.results import CellResult, Trouble
-from report import Bar, publish
+from report import Bar, option_parser, publish, whole_number
 
 #: Troubles that are reported of each kind.
 SHOWN = 20
@@ -64,12 +63,11 @@ def troubles(found: tuple[list[Trouble], ...]) -> list[str]:
 
 def main() -> int:
     """Run both campaigns and publish."""
-    parser = argparse.ArgumentParser(prog='bench.sh faults', usage=__doc__)
-    parser.add_argument('--n', type=int, default=10_000)
-    parser.add_argument('--live', type=int, default=20)
-    parser.add_argument('--soak', type=int, default=0)
-    parser.add_argument('--seed', type=int, default=1)
-    parser.add_argument('--json', action='store_true')
+    parser = option_parser('faults', usage=__doc__)
+    parser.add_argument('--n', type=whole_number, default=10_000)
+    parser.add_argument('--live', type=whole_number, default=20)
+    parser.add_argument('--soak', type=whole_number, default=0)
+    parser.add_argument('--seed', type=whole_number, default=1)
     given = parser.parse_args()
     bars: list[Bar] = []
     notes: dict[str, Any] = {}

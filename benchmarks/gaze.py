@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import report
+from likeme_core.progress_bar import counted
 from likeme_experiments.evaluation.blindfold_groups import (
     differs_from_zero,
     follows_more,
@@ -65,14 +66,14 @@ def on_one_thread() -> None:
     """Restart this script with single-threaded libraries, before any has started threads."""
     single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
     if any(os.environ.get(name) != value for name, value in single.items()):
-        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | single)
+        os.execve(sys.executable, sys.orig_argv, os.environ | single)
 
 
-def seconds(work: Callable[[], object], times: int) -> float:
+def seconds(what: str, work: Callable[[], object], times: int) -> float:
     """Median processor time of a call, s, after one to warm up."""
     work()
     spent = []
-    for _ in range(times):
+    for _ in counted(range(times), what, times, timed=True):
         start = time.process_time()
         work()
         spent.append(time.process_time() - start)
@@ -102,16 +103,18 @@ def times(model: GazeModel, test: GazeTest) -> Iterator[report.Bar]:
     goal = Gaussian(np.array([300.0, 150.0]), np.diag([400.0, 200.0]))
     wide = SETTING.mentor.belief_from_parent(goal_prior(SETTING.agent, SETTING.mentor))
     final = np.array([0.5, 350.0])
-    forward = 1e3 * seconds(lambda: forward_inference(head, known(goal.mean), start), 300)
-    believed = 1e3 * seconds(lambda: forward_inference(head, goal, start), 300)
-    reverse = 1e3 * seconds(lambda: reverse_inference(head, wide, start, final), 300)
+    forward = 1e3 * seconds(
+        'forward', lambda: forward_inference(head, known(goal.mean), start), 300
+    )
+    believed = 1e3 * seconds('uncertain goal', lambda: forward_inference(head, goal, start), 300)
+    reverse = 1e3 * seconds('reverse', lambda: reverse_inference(head, wide, start, final), 300)
     yield report.Bar('one forward inference, n = 200', forward, 1.0, 'ms', f'{THEIRS}: 14.4', 300)
     yield report.Bar('one reverse inference, n = 200', reverse, 1.5, 'ms', f'{THEIRS}: 16.7', 300)
     yield report.Bar('the same for an uncertain goal', believed, None, 'ms', None, 300)
-    run = seconds(lambda: gaze_errors(head, test), 3)
+    run = seconds('following', lambda: gaze_errors(head, test), 3)
     theirs = f'{THEIRS}: 64 to 70'
     yield report.Bar('375 goals x 5 observations, one core', run, 3.0, 's', theirs, 3)
-    train = seconds(lambda: GazeModel.simulated(1), 5)
+    train = seconds('training', lambda: GazeModel.simulated(1), 5)
     yield report.Bar('training both, n = 200', train, 2.0, 's', f'{THEIRS}: 3.2, corrected 6.3', 5)
 
 
@@ -128,7 +131,7 @@ def blindfold(notes: dict[str, Any]) -> Iterator[report.Bar]:
     tasks = [(group, CHUNK * k) for group in FIGURE_GROUPS for k in range(each)]
     begun = time.monotonic()
     with ProcessPoolExecutor(2) as pool:
-        results = list(pool.map(timed_turns, tasks))
+        results = list(counted(pool.map(timed_turns, tasks), 'blindfold', len(tasks)))
     notes['blindfold agents, wall time'] = f'{time.monotonic() - begun:.0f} s on 2 processes'
     turned = {
         group.name: np.concatenate(
@@ -175,7 +178,7 @@ def exact_gap(case: int) -> dict[str, float]:
 def exact_differences() -> Iterator[report.Bar]:
     """Differences between the Gaussian and the exact posterior of the learned model."""
     with ProcessPoolExecutor(2) as pool:
-        gaps = list(pool.map(exact_gap, range(CASES)))
+        gaps = list(counted(pool.map(exact_gap, range(CASES)), 'exact goals', CASES))
     peer = f'{SAMPLES:,} weighted samples'
     for key, words, unit in (
         ('shift', 'mean off the exact one: greatest', 'exact std'),
@@ -192,9 +195,12 @@ def exact_differences() -> Iterator[report.Bar]:
 def main() -> None:
     """Measure and publish."""
     on_one_thread()
+    parser = report.option_parser('gaze')
+    parser.add_argument('--quick', action='store_true', help='few agents and cases')
+    parser.parse_args()
     notes: dict[str, Any] = {'seeds': list(SEEDS), 'load at start': os.getloadavg()[0]}
     with ProcessPoolExecutor(2) as pool:
-        errors = list(pool.map(gaze_accuracy, SEEDS))
+        errors = list(counted(pool.map(gaze_accuracy, SEEDS), 'seeds', len(SEEDS)))
     shares = [100 * float(each.covered[-1].mean()) for each in errors]
     notes['coverage per seed'] = ', '.join(f'{share:.1f} %' for share in shares)
     bars = [*accuracy(errors)]

@@ -25,10 +25,12 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo
 
+from likeme_core.progress_bar import counted
 from likeme_core.ros.time import stamp_ns
+from likeme_core.standby import IMPORTING, WAITING
 from likeme_msgs.msg import TableState
 from likeme_msgs.srv import ExecuteAction
-from report import Bar, publish
+from report import Bar, option_parser, publish
 
 ROOT = Path(__file__).resolve().parents[1]
 NODES = ('arm_driver_node', 'perception_node', 'inference_node')
@@ -89,7 +91,10 @@ class Listener(Node):
 def _processes(pid: int) -> dict[str, psutil.Process]:
     children = psutil.Process(pid).children(recursive=True)
     return {
-        name: child for name in NODES for child in children if name in ' '.join(child.cmdline())
+        name: child
+        for name in NODES
+        for child in children
+        if name in ' '.join(child.cmdline()) and child.name() not in (IMPORTING, WAITING)
     }
 
 
@@ -116,8 +121,13 @@ def _measure(
     return Phase(name, rate, len(stamps), len(stamps) - len(latency), np.array(latency), cpu)
 
 
-def _acting(client: Any, action: str) -> Callable[[], bool]:
-    future = client.call_async(ExecuteAction.Request(object='chicken', action=action))
+def _after(seconds: float) -> Callable[[], bool]:
+    end = time.monotonic() + seconds
+    return lambda: time.monotonic() > end
+
+
+def _acting(client: Any, name: str, action: str) -> Callable[[], bool]:
+    future = client.call_async(ExecuteAction.Request(object=name, action=action))
 
     def done() -> bool:
         if future.done() and not future.result().success:
@@ -134,21 +144,14 @@ def _phases(pid: int) -> list[Phase]:
             listener.until(client.service_is_ready, 60.0, client.srv_name)
         listener.until(lambda: bool(listener.tables), 60.0, 'a first table_state')
         nodes = _processes(pid)
-        end = time.monotonic() + 10.0
+        phases: list[tuple[str, Callable[[], Callable[[], bool]]]] = [
+            ('nothing moves', lambda: _after(10.0)),
+            ('the hand moves', lambda: _acting(listener.human, 'chicken', 'place_right')),
+            ('the arm moves', lambda: _acting(listener.arm, 'lemon', 'push_right')),
+        ]
         return [
-            _measure(listener, 'nothing moves', nodes, lambda: time.monotonic() > end),
-            _measure(
-                listener,
-                'the hand moves',
-                nodes,
-                _acting(listener.human, 'place_right'),
-            ),
-            _measure(
-                listener,
-                'the arm moves',
-                nodes,
-                _acting(listener.arm, 'push_left'),
-            ),
+            _measure(listener, name, nodes, begin())
+            for name, begin in counted(phases, 'phases', len(phases), timed=True)
         ]
     finally:
         listener.destroy_node()  # type: ignore[no-untyped-call]
@@ -156,6 +159,7 @@ def _phases(pid: int) -> list[Phase]:
 
 def main() -> None:
     """Run the three phases and publish."""
+    option_parser('graph').parse_args()
     with domain_id() as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
         cell = subprocess.Popen(

@@ -7,7 +7,6 @@ bench.sh installs. `--calls N` (2000): calls of ours and pyAgrum; pgmpy gets a t
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Sequence
 from itertools import product
@@ -18,20 +17,26 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from inference_peers import Agrum, Engine, Pgmpy
+from likeme_core.progress_bar import counted
 from likeme_core.tabletop import Mode
 from likeme_inference.tabletop.action_selection import choose
+from likeme_inference.tabletop.asking import choose_least_cost
+from likeme_inference.tabletop.cost_planning import Costs
 from likeme_inference.tabletop.dirichlet import CONCENTRATION
 from likeme_inference.tabletop.goal_inference import goal_posterior
 from likeme_inference.tabletop.goal_model import GoalModel
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.sparse import SparseGoalModel
 from likeme_inference.tabletop.transition_model import TransitionModel
-from report import Bar, publish
+from report import Bar, option_parser, publish, whole_number
 
 Change = tuple[int, int]
 #: The changes of the paper: LEFT to RIGHT, LEFT to OFFTABLE, RIGHT to LEFT, RIGHT to OFFTABLE.
 CHANGES: tuple[Change, ...] = ((0, 1), (0, 2), (1, 0), (1, 2))
 BATCH = 1_000_000
+COSTS = Costs()
+#: Calls between two updates of the bar.
+BLOCK = 100
 SIZES = ((3, 6), (10, 10), (30, 20), (100, 30), (300, 40), (1000, 50))
 #: Beyond this many states a general engine's table P(A | G, X_i) alone has over 10^7 entries.
 PEER_STATES = 30
@@ -48,20 +53,38 @@ class Ours:
         return self._model.goal_posterior(x_i, x_f)
 
     def decision(self, x_i: int, x_f: int) -> tuple[int, int, float]:
-        """MAP goal, MAP action, predicted success."""
-        goal = int(self._model.goal_posterior(x_i, x_f).argmax())
-        made = choose(self._model, x_i, goal, None, Mode.GOAL_BASED, 0.5)
+        """MAP goal, MAP action, predicted success; whether to ask by it, which is not returned."""
+        goal = int(self.goal_posterior(x_i, x_f).argmax())
+        made = choose(self._model, x_i, goal, None, Mode.INTERACTIVE, 0.5)
+        assert made.action is not None, 'Each of these goals can be reached.'
+        return goal, made.action, made.predicted_success
+
+
+class ByCost(Ours):
+    """Asks by what it costs."""
+
+    def decision(self, x_i: int, x_f: int) -> tuple[int, int, float]:
+        """Goal, action and predicted success of the least expected cost."""
+        posterior = self.goal_posterior(x_i, x_f)
+        goal, made, _ = choose_least_cost(
+            self._model, x_i, int(posterior.argmax()), posterior, Mode.INTERACTIVE, COSTS
+        )
         assert made.action is not None, 'Each of these goals can be reached.'
         return goal, made.action, made.predicted_success
 
 
 class Uncached(Ours):
-    """Each query computed without GoalModel's table of answers."""
+    """Each query computed without the answers that a GoalModel keeps."""
 
     def goal_posterior(self, x_i: int, x_f: int) -> Any:
         """P(G | x_i, x_f)."""
         known = self._model
         return goal_posterior(known.transition, known.policy, x_i, x_f, known.prior)
+
+    def decision(self, x_i: int, x_f: int) -> tuple[int, int, float]:
+        """See Ours."""
+        self._model.answers.clear()
+        return super().decision(x_i, x_f)
 
 
 class Times(NamedTuple):
@@ -72,16 +95,24 @@ class Times(NamedTuple):
     n: int
 
 
-def timed(calls: Sequence[Callable[[int, int], Any]], numbers: Sequence[int]) -> list[Times]:
-    """Time several functions in turn, so that all run under the same load."""
+def timed(
+    calls: Sequence[Callable[[int, int], Any]], numbers: Sequence[int], what: str = ''
+) -> list[Times]:
+    """Time several functions in turn, so that all run under the same load.
+
+    what: shown with the progress, if it can last.
+    """
     spent: list[list[int]] = [[] for _ in calls]
-    for k in range(max(numbers)):
-        x_i, x_f = CHANGES[k % len(CHANGES)]
-        for call, times, number in zip(calls, spent, numbers, strict=True):
-            if k < number:
-                begin = time.perf_counter_ns()
-                call(x_i, x_f)
-                times.append(time.perf_counter_ns() - begin)
+    blocks = range(0, max(numbers), BLOCK)
+    shown = f'{what}, {BLOCK} calls each'
+    for first in counted(blocks, shown, len(blocks), timed=True) if what else blocks:
+        for k in range(first, min(first + BLOCK, max(numbers))):
+            x_i, x_f = CHANGES[k % len(CHANGES)]
+            for call, times, number in zip(calls, spent, numbers, strict=True):
+                if k < number:
+                    begin = time.perf_counter_ns()
+                    call(x_i, x_f)
+                    times.append(time.perf_counter_ns() - begin)
     return [
         Times(
             float(np.percentile(times, 50)) * 1e-9,
@@ -105,27 +136,32 @@ def check_same(ours: Ours, peers: Sequence[Engine]) -> None:
 
 def single(calls: int) -> list[Bar]:
     """Single queries: p50, p99, and the ratio to the peers."""
-    model = GoalModel.of(
-        TransitionModel(shipped().objects['pear'].counts, CONCENTRATION).transition
+    model, other = (
+        GoalModel.of(TransitionModel(shipped().objects['pear'].counts, CONCENTRATION).transition)
+        for _ in range(2)
     )
-    ours, anew, agrum, pgmpy = Ours(model), Uncached(model), Agrum(model), Pgmpy(model)
+    ours, anew, agrum, pgmpy = Ours(model), Uncached(other), Agrum(model), Pgmpy(model)
     check_same(ours, (anew, agrum, pgmpy))
     bars = []
     for what, mine, limits in [
         ('goal_posterior', {'ours': ours, 'ours, anew': anew}, {'pyAgrum': 15.0, 'pgmpy': 20.0}),
-        ('decision', {'ours': ours}, {}),
+        (
+            'decision',
+            {'ours': ours, 'ours, by cost': ByCost(model), 'ours, anew': anew},
+            {'pyAgrum': 20.0},
+        ),
     ]:
         engines: dict[str, Engine] = {**mine, 'pyAgrum': agrum, 'pgmpy': pgmpy}
         methods = [getattr(engine, what) for engine in engines.values()]
         numbers = [calls // 10 if name == 'pgmpy' else calls for name in engines]
-        times = dict(zip(engines, timed(methods, numbers), strict=True))
+        times = dict(zip(engines, timed(methods, numbers, what), strict=True))
         for name, t in times.items():
             bars += [
                 Bar(f'{what} {name} p50', t.p50 * 1e6, None, 'us', n=t.n),
                 Bar(f'{what} {name} p99', t.p99 * 1e6, None, 'us', n=t.n),
             ]
         for name, peer in product(mine, ('pyAgrum', 'pgmpy')):
-            t, bar = times[peer], limits.get(peer) if name == 'ours' else None
+            t, bar = times[peer], limits.get(peer) if 'anew' not in name else None
             ratio = t.p50 / times[name].p50
             bars.append(Bar(f'{what} {name}: times faster', ratio, bar, 'x', peer, t.n, False))
     cold = timed([first_answer(Ours), first_answer(Agrum), first_answer(Pgmpy)], (40, 40, 40))
@@ -216,9 +252,8 @@ def _dense(counts: sparse.csr_array, actions: int) -> NDArray[np.int64]:
 
 def main() -> None:
     """Measure and publish."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--calls', type=int, default=2000)
-    parser.add_argument('--json', action='store_true')
+    parser = option_parser('inference')
+    parser.add_argument('--calls', type=whole_number, default=2000)
     calls = parser.parse_args().calls
     grown, notes = growth(calls)
     publish('inference', [*single(calls), *batches(), *grown], notes)

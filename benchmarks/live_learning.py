@@ -9,24 +9,27 @@ of the campaign and the times. `--store FILE`: keep the trials there and continu
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import subprocess
 import sys
 import tempfile
 import time
-from contextlib import closing
+from contextlib import ExitStack, closing
 from itertools import cycle
 from pathlib import Path
 
 import numpy as np
 import psutil
 from domain_coordinator import domain_id
+from rich.console import Console
 
 from likeme_core.paper_world import WORLD
 from likeme_core.processes import die_with_parent
+from likeme_core.progress_bar import ProgressBar
 from likeme_experiments.learning.campaigns import PolicyName, campaign_of
 from likeme_inference.experience.store import ExperienceStore
-from report import Bar, publish
+from report import Bar, option_parser, publish, whole_number
 
 ROBOT = 'live-bench'
 VICTIMS = 'arm_driver_node', 'perception_node', 'inference_node', 'learner'
@@ -77,13 +80,12 @@ class Learner:
 
 def main() -> None:
     """Measure and publish."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--trials', type=int, default=54)
-    parser.add_argument('--kills', type=int, default=6)
-    parser.add_argument('--seed', type=int, default=1)
+    parser = option_parser('live_learning')
+    parser.add_argument('--trials', type=whole_number, default=54)
+    parser.add_argument('--kills', type=whole_number, default=6)
+    parser.add_argument('--seed', type=whole_number, default=1)
     parser.add_argument('--store', type=Path)
     parser.add_argument('--minutes', type=float, default=np.inf)
-    parser.add_argument('--json', action='store_true')
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as name, domain_id() as domain:
         os.environ['ROS_DOMAIN_ID'] = str(domain)
@@ -101,8 +103,11 @@ def measure(given: argparse.Namespace, place: Path, log: Path) -> list[Bar]:
     words = ['--policy', 'random', '--trials', str(given.trials), '--seed', str(given.seed)]
     words += ['--robot', ROBOT, '--store', str(place)]
     began, killed, gone, hangs = time.monotonic(), 0, 0, 0
-    with closing(ExperienceStore(str(place), WORLD)) as store:
+    with ExitStack() as stack:
+        store = stack.enter_context(closing(ExperienceStore(str(place), WORLD)))
         at_first = known = store.identities(ROBOT, campaign.name)
+        bar = ProgressBar(Console(stderr=True), 'trials', given.trials, len(known), math.inf)
+        stack.enter_context(bar.shown())
         learner = Learner(words, log)
         news, due = time.monotonic(), np.inf
         last = began + 60 * given.minutes
@@ -112,6 +117,7 @@ def measure(given: argparse.Namespace, place: Path, log: Path) -> list[Bar]:
             gone += len(known - found)
             if found != known:
                 news, known = now, found
+                bar.reach(len(known))
                 due = min(due, now + rng.exponential(MEAN_PAUSE))
             hangs += now - news > HANG
             if killed < given.kills and now > due:

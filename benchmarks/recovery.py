@@ -12,7 +12,6 @@ processes.
 
 from __future__ import annotations
 
-import argparse
 import math
 import multiprocessing
 import os
@@ -36,11 +35,12 @@ from likeme_bringup.respawn import Respawn
 from likeme_bringup.start_cell import StartOptions, children
 from likeme_bringup.supervisor import Supervisor
 from likeme_core.heartbeats import NodeState
+from likeme_core.progress_bar import counted
 from likeme_core.ros.heartbeat import HeartbeatSubscriber
 from likeme_core.standby import IMPORTING, WAITING
 from likeme_msgs.msg import HoldState, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction
-from report import Bar, publish
+from report import Bar, option_parser, publish, whole_number
 
 sys.path.append(str(Path(__file__).resolve().parents[1] / 'tools'))
 from busy_cores import busy_cores
@@ -223,7 +223,7 @@ def running_cell(policy: Respawn) -> Iterator[int]:
 def deaths(observer: Observer, cell: int, n: int, cold: bool) -> dict[str, list[Death]]:
     """Kill every node `n` times, in turn."""
     found: dict[str, list[Death]] = {victim.node: [] for victim in VICTIMS}
-    for number in range(n):
+    for number in counted(range(n), 'rounds of deaths', n):
         for victim in VICTIMS:
             death = kill(observer, cell, victim, cold)
             found[victim.node].append(death)
@@ -252,10 +252,11 @@ def bars(found: dict[str, list[Death]], load: str, loaded: bool) -> Iterator[Bar
 
 def main() -> None:
     """Run both phases and publish."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--n', type=int, default=20, help='kills of each node in each phase')
+    parser = option_parser('recovery', description=__doc__)
+    parser.add_argument(
+        '--n', type=whole_number, default=20, help='kills of each node in each phase'
+    )
     parser.add_argument('--cold', action='store_true', help='without standby processes')
-    parser.add_argument('--json', action='store_true', help='one JSON document')
     options = parser.parse_args()
     results: list[Bar] = []
     with domain_id() as domain:

@@ -1,11 +1,12 @@
 """Report of a benchmark as JSON or as a table: the machine and the measured figures.
 
-A benchmark is a script `benchmarks/NAME.py` with a `main()` that ends in
-`report.publish('name', [Bar(...), ...], notes={...})`. `--json` on its command line chooses JSON.
+A benchmark is a script `benchmarks/NAME.py` with a `main()` that takes its options from
+`report.option_parser('name')` and ends in `report.publish('name', [Bar(...), ...], notes={...})`.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import platform
@@ -13,7 +14,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 
 class Bar(NamedTuple):
@@ -37,6 +38,32 @@ class Bar(NamedTuple):
         if self.bar is None:
             return None
         return self.measured <= self.bar if self.at_most else self.measured >= self.bar
+
+
+class _OneLineParser(argparse.ArgumentParser):
+    """Says what is wrong with the arguments in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """See argparse."""
+        self.exit(2, f'{self.prog}: {" ".join(message.split())}.\n')
+
+
+def option_parser(name: str, **options: Any) -> argparse.ArgumentParser:
+    """The command line of a benchmark; it has --json."""
+    made = _OneLineParser(prog=f'bench.sh {name}', **options)
+    made.add_argument('--json', action='store_true', help='one JSON document')
+    return made
+
+
+def whole_number(text: str) -> int:
+    """An option's value, a whole number from 0 on.
+
+    Raises:
+        argparse.ArgumentTypeError: it is none.
+    """
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f'expected a whole number from 0 on, got {text!r}')
+    return int(text)
 
 
 def machine() -> dict[str, Any]:

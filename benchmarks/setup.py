@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 
-from report import Bar, publish
+from report import Bar, option_parser, publish
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -31,10 +30,13 @@ def timed(*command: str | Path, **environment: str) -> float:
 
 def main() -> None:
     """Clone what is committed, set it up twice, and publish."""
+    parser = option_parser('setup')
+    parser.add_argument('--cold', action='store_true', help='with empty caches')
+    given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         clone = Path(folder) / 'likeme'
         cache = {'UV_CACHE_DIR': f'{folder}/uv', 'PIP_NO_CACHE_DIR': '1'}
-        environment = cache if '--cold' in sys.argv else {}
+        environment = cache if given.cold else {}
         timed('git', 'clone', '-q', ROOT, clone)
         setup = clone / 'scripts' / 'setup.sh'
         first, second = timed(setup, **environment), timed(setup, **environment)

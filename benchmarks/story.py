@@ -1,12 +1,11 @@
 """The demo with several seeds: completed or not, the reason if not, and the time.
 
-`./scripts/bench.sh story [--json] [--seeds N]` (10). Each run is the whole demo with its own
-processes. The bar on time is 90 s.
+`./scripts/bench.sh story [--json] [--seeds N] [--world W]` (10, chung2015). Each run is the whole
+demo with its own processes. The bar on time is 90 s.
 """
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -14,7 +13,8 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-from report import Bar, publish
+from likeme_core.progress_bar import counted
+from report import Bar, option_parser, publish, whole_number
 
 DEMO_TIMEOUT = 300.0
 
@@ -28,9 +28,10 @@ class DemoRun(NamedTuple):
     reason: str
 
 
-def run_demo(seed: int, folder: Path) -> DemoRun:
-    """Run the demo with one seed."""
-    command = [sys.executable, '-m', 'likeme_bringup.demo', '--seed', str(seed)]
+def run_demo(seed: int, world: str, folder: Path) -> DemoRun:
+    """Run the demo of a world with one seed."""
+    options = ['--seed', str(seed), '--world', world]
+    command = [sys.executable, '-m', 'likeme_bringup.demo', *options]
     begin = time.monotonic()
     done = subprocess.run(
         [*command, '--out', str(folder / str(seed))],
@@ -55,12 +56,14 @@ def _reason(output: str) -> str:
 
 def main() -> None:
     """Run the demo with every seed and publish."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--seeds', type=int, default=10)
-    parser.add_argument('--json', action='store_true')
-    seeds = parser.parse_args().seeds
+    parser = option_parser('story')
+    parser.add_argument('--seeds', type=whole_number, default=10)
+    parser.add_argument('--world', default='chung2015')
+    given = parser.parse_args()
+    seeds = given.seeds
     with tempfile.TemporaryDirectory() as folder:
-        runs = [run_demo(seed, Path(folder)) for seed in range(1, seeds + 1)]
+        drawn = counted(range(1, seeds + 1), 'stories', seeds)
+        runs = [run_demo(seed, given.world, Path(folder)) for seed in drawn]
     bars = [
         Bar('completed', sum(run.completed for run in runs), None, 'runs', None, seeds, False),
         Bar('longest', max(run.seconds for run in runs), 90.0, 's', 'the user', seeds),

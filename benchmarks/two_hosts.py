@@ -6,7 +6,6 @@ in two network namespaces (two_hosts_parts/hosts.py). Exit code 3: this machine 
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import signal
@@ -18,7 +17,8 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
-from report import Bar, publish
+from likeme_core.progress_bar import counted
+from report import Bar, option_parser, publish, whole_number
 from two_hosts_parts.hosts import Host, NamespaceError, two_hosts
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -43,14 +43,28 @@ def cell(host: Host, state: Path, *options: str) -> Iterator[None]:
         process.wait(60)
 
 
-def acts(camera: Host, state: Path, *options: str) -> list[dict[str, Any]]:
-    """Run the driver on the camera's host; its lines."""
-    done = subprocess.run(
-        camera.command(sys.executable, '-m', 'two_hosts_parts.driver', *options),
-        stdout=subprocess.PIPE, text=True, check=True, cwd=Path(__file__).parent,
+def acts(what: str, camera: Host, state: Path, n: int, *options: str) -> list[dict[str, Any]]:
+    """Run the driver on the camera's host; its lines, one for each of n acts.
+
+    Raises:
+        subprocess.CalledProcessError: the driver failed.
+    """
+    command = camera.command(
+        sys.executable, '-m', 'two_hosts_parts.driver', '--acts', str(n), *options
+    )
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parent,
         env=_environment(state) | {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'},
-    )  # fmt: skip
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    ) as driver:  # fmt: skip
+        assert driver.stdout is not None
+        try:
+            done = [json.loads(line) for line in counted(driver.stdout, what, n)]
+        except BaseException:
+            driver.kill()
+            raise
+    if driver.returncode:
+        raise subprocess.CalledProcessError(driver.returncode, command)
+    return done
 
 
 def _environment(state: Path) -> dict[str, str]:
@@ -84,7 +98,7 @@ def clean(folder: Path, n: int, transport: str) -> tuple[list[Bar], list[str]]:
         simulator(camera, folder),
         cell(thinker, folder / 'thinker', *watching(folder, transport), *thinking),
     ):
-        done = acts(camera, folder / 'driver', '--acts', str(n), '--story')
+        done = acts('stories', camera, folder / 'driver', n, '--story')
     frames, lost, seen, wrong = summary(done)
     ended = sum(bool(act['outcomes']) for act in done)
     bars = [
@@ -105,7 +119,7 @@ def lossy(folder: Path, n: int, share: float, transport: str) -> tuple[list[Bar]
     ):
         for host in hosts:
             host.lose(share)
-        done = acts(hosts[0], folder / 'driver', '--acts', str(n))
+        done = acts(f'acts, {share:.4g} lost', hosts[0], folder / 'driver', n)
     frames, lost, seen, wrong = summary(done)
     name = f'{share:.4g} of packets dropped'
     bars = [
@@ -139,10 +153,9 @@ def summary(done: list[dict[str, Any]]) -> tuple[int, int, int, list[str]]:
 
 def main() -> None:
     """Run and publish; exit code 1 when a bar is missed."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--json', action='store_true')
-    parser.add_argument('--n', type=int, default=6, help='Stories on a clean cable.')
-    parser.add_argument('--lossy', type=int, default=50, help='Demonstrations per share.')
+    parser = option_parser('two_hosts')
+    parser.add_argument('--n', type=whole_number, default=6, help='Stories on a clean cable.')
+    parser.add_argument('--lossy', type=whole_number, default=50, help='Demonstrations per share.')
     parser.add_argument('--transport', choices=['raw', 'compressed'], default='raw')
     parser.add_argument('--share', type=float, nargs='*', default=[0.00005, 0.0003, 0.2])
     given = parser.parse_args()

@@ -6,11 +6,11 @@ are printed in full.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from statistics import mean
 
-from report import Bar, publish
+from likeme_core.progress_bar import counted
+from report import Bar, option_parser, publish, whole_number
 from worlds_parts.world_run import WorldRun, run_world
 
 REQUIREMENT = 'any valid world'
@@ -38,15 +38,15 @@ def bars_of(runs: list[WorldRun]) -> list[Bar]:
 
 def main() -> None:
     """Run every world and publish."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument('--n', type=int, default=200)
-    parser.add_argument('--first', type=int, default=0)
-    parser.add_argument('--json', action='store_true')
+    parser = option_parser('worlds')
+    parser.add_argument('--n', type=whole_number, default=200)
+    parser.add_argument('--first', type=whole_number, default=0)
     options = parser.parse_args()
     if options.n < 1 or options.first < 0:
         parser.error(f'expected 1 world or more from seed 0 on, got {options.n}, {options.first}')
     runs = []
-    for seed in range(options.first, options.first + options.n):
+    seeds = range(options.first, options.first + options.n)
+    for seed in counted(seeds, 'worlds', options.n):
         run = run_world(seed)
         print(run._replace(failure=run.failure[-300:]), file=sys.stderr, flush=True)
         runs.append(run)

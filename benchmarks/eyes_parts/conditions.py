@@ -16,6 +16,7 @@ from eyes_parts.scenes import (
     HandAtStart,
     HeldStill,
     Scene,
+    SecondLemon,
     SmallImage,
 )
 from likeme_arm_sim.kinect import RgbdImages
@@ -127,6 +128,8 @@ CONDITIONS: Sequence[Condition] = (
     Condition('box of 30 cm', BoxPutDown()),
     Condition('hand there at the start', HandAtStart()),
     Condition('banana for the lemon', BananaForLemon()),
+    Condition('second lemon put down', SecondLemon(since=EVENT)),
+    Condition('two lemons at the start', SecondLemon()),
     Condition('320x240', SmallImage()),
     Condition('held still for 22 s', HeldStill()),
 )

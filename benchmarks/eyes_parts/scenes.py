@@ -25,6 +25,8 @@ EVENT = 4 * RATE
 #: For so many moments at the start a hand covers objects, and so many s a held object is still.
 COVERED, HELD = 5 * RATE // 2, 22.0
 BOX = box((0.30, 0.10, 0.10), (150, 110, 70), (0.44, -0.32, 0.05))
+#: Where the second lemon lies, m.
+SPOT, LEMON = (0.44, -0.32), toys_of(WORLD)['lemon']
 BANANA = toys_of(load_world('three_bins'))['banana']
 
 
@@ -120,6 +122,21 @@ class BoxPutDown(Scene):
     def bodies(self, moment: Moment, k: int) -> list[RenderBody]:
         """The bodies and the box."""
         return moment.bodies() + ([RenderBody(BOX, np.eye(4))] if k >= EVENT else [])
+
+
+@dataclass(frozen=True)
+class SecondLemon(Scene):
+    """Another lemon lies on the table from a frame on."""
+
+    since: int = 0
+
+    def bodies(self, moment: Moment, k: int) -> list[RenderBody]:
+        """The bodies and that lemon."""
+        if k < self.since:
+            return moment.bodies()
+        where = np.eye(4)
+        where[:3, 3] = (*SPOT, LEMON.resting_height)
+        return moment.bodies() + [RenderBody(part, where) for part in LEMON.parts]
 
 
 @dataclass(frozen=True)

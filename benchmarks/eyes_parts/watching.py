@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eyes_parts.conditions import Condition, spans
 from eyes_parts.recording import RATE, Recording
@@ -19,6 +20,13 @@ from likeme_perception.rgbd import Intrinsics, RgbdFrame, depth_in_metres
 
 #: A state said with more than this counts as claimed; a centroid further off, m, as wrong.
 SURE, MISPLACED = 0.99, 0.010
+#: Of the probabilities of claimed states.
+BINS = 10
+
+
+def no_claims() -> NDArray[np.float64]:
+    """Rows of BINS: how many states were claimed, the sum of their p, and how many were true."""
+    return np.zeros((BINS, 3))
 
 
 @dataclass
@@ -37,6 +45,8 @@ class Score:
     found: int = 0
     right: int = 0
     manner: int = 0
+    #: Of all states that are not UNKNOWN, see no_claims.
+    claims: NDArray[np.float64] = field(default_factory=no_claims)
 
     def __iadd__(self, other: Score) -> Score:
         for each in fields(self):
@@ -89,11 +99,13 @@ class Watcher:
         truth, score = self._recording.moments[moment].truth[said.name], self.score
         hidden = said.name in self.condition.scene.hidden
         state = OFFTABLE if hidden else truth.state
-        score.resting += rested
-        score.usable += rested and said.state is not None
-        if said.state is not None and said.state_probability[said.state] > SURE:
-            score.claimed += 1
-            score.wrong += said.state != state
+        score.resting += bool(rested)
+        score.usable += bool(rested and said.state is not None)
+        if said.state is not None:
+            p = said.state_probability[said.state]
+            score.claimed += bool(p > SURE)
+            score.wrong += bool(p > SURE and said.state != state)
+            score.claims[min(int(p * BINS), BINS - 1)] += 1, p, said.state == state
         if rested and said.visible and truth.state != OFFTABLE and not hidden:
             off = np.hypot(said.centroid[0] - truth.x, said.centroid[1] - truth.y)
             score.placed += 1

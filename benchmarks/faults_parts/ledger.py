@@ -91,6 +91,6 @@ def _keys_of_entry(kind: str, data: Mapping[str, Any]) -> list[Key]:
     if kind in ('hold', 'resume'):
         return [(kind, data['change'])]
     if kind == 'answer':
-        replies = {'DONE_BY_HAND': 0, 'TRY_ANYWAY': 1, 'SKIP': 2}
+        replies = {'DONE_BY_HAND': 0, 'TRY_ANYWAY': 1, 'SKIP': 2, 'NAME_GOAL': 3}
         return [(kind, (data['request']['id'], replies[data['reply']]))]
     return []

@@ -16,6 +16,7 @@ from faults_parts.live_cell import NAMES, LiveCell, live_cell
 from faults_parts.live_kinds import KINDS, LiveFault
 from likeme_core.heartbeats import NodeState
 from likeme_core.paper_world import WORLD
+from likeme_core.progress_bar import counted
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 from report import Bar
 
@@ -223,7 +224,7 @@ def measure(count: int, seed: int) -> tuple[list[Bar], dict[str, Any]]:
     rng, found = np.random.default_rng(seed), Found()
     begin = time.monotonic()
     with live_cell(seed) as cell:
-        for number in range(count):
+        for number in counted(range(count), 'live faults', count):
             fault = live_kinds.draw(rng, number)
             why = Story(cell, fault, rng, found).play()
             if why:

@@ -17,6 +17,7 @@ import rclpy
 from domain_coordinator import domain_id
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from faults_parts.ledger import Ledger
@@ -83,6 +84,7 @@ class LiveCell:
         self.node.create_subscription(TableState, 'table_state', self._on_table, 1)
         self.tables = self.node.create_publisher(TableState, 'table_state', 10)
         self.demonstrations = self.node.create_publisher(Demonstration, 'demonstration', 10)
+        self.clock = self.node.create_publisher(Clock, '/clock', 10)
         self.person = self.node.create_client(ExecuteAction, 'human/execute_action')
         self.reset = self.node.create_client(ResetCell, 'cell/reset')
         self.desk = self.node.create_client(AskHuman, 'ask_human')

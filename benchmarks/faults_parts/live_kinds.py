@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import resource
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -13,6 +15,7 @@ from copy import deepcopy
 from typing import Any, NamedTuple
 
 import numpy as np
+from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from faults_parts.live_cell import INJECTED, NAMES, LiveCell
@@ -22,6 +25,8 @@ from likeme_inference.experience.decision_log import LOG_FILE
 MOMENTS = ('showing', 'shown', 'decided', 'asked', 'moving', 'moved')
 #: Share of its time for which a slow node does not run, and the period of its pauses, s.
 SLOW_SHARE, SLOW_PERIOD = 0.9, 0.05
+#: By how much a clock jumps, s.
+JUMP = 3600
 #: Ends a fault; what went wrong with it, if anything did.
 End = Callable[[], str | None]
 
@@ -93,6 +98,27 @@ def _locked(cell: LiveCell, _: LiveFault) -> End:
     other = sqlite3.connect(cell.folder / LOG_FILE, isolation_level=None, timeout=5.0)
     other.execute('BEGIN EXCLUSIVE')
     return other.close
+
+
+def _read_only(cell: LiveCell, _: LiveFault) -> End:
+    """The files of the decision log can be read and not written, also where they are open."""
+    files = [str(path) for path in sorted(cell.folder.glob(f'{LOG_FILE}*'))]
+    subprocess.run(['chattr', '+i', *files], check=True)
+
+    def end() -> None:
+        subprocess.run(['chattr', '-i', *files], check=True)
+
+    return end
+
+
+def _clock_jumps(cell: LiveCell, fault: LiveFault) -> End:
+    """/clock is an hour ahead or back, once; the cell's own clock goes on."""
+    if cell.table is not None:
+        stamp = deepcopy(cell.table.header.stamp)
+        ahead = int(fault.duration * 1000) % 2 == 0
+        stamp.sec = stamp.sec + JUMP if ahead else max(0, stamp.sec - JUMP)
+        cell.clock.publish(Clock(clock=stamp))
+    return _nothing
 
 
 def _full(cell: LiveCell, _: LiveFault) -> End:
@@ -178,6 +204,7 @@ KINDS: dict[str, Callable[[LiveCell, LiveFault], End]] = {
     'store locked': _locked,
     'hold and kill -9': _hold_and_kill,
     'disk full': _full,
+    'clock jumps': _clock_jumps,
     'slow node': _slow,
     'doubled messages': _inject(lambda message: None),
     'corrupt messages': _inject(_wrong),
@@ -188,3 +215,6 @@ KINDS: dict[str, Callable[[LiveCell, LiveFault], End]] = {
     'answers twice': lambda cell, fault: _nothing,
     'two cells': _second_cell,
 }
+# Only the superuser can make a file immutable; a mode is no hindrance to it.
+if os.geteuid() == 0 and shutil.which('chattr'):
+    KINDS['store read-only'] = _read_only

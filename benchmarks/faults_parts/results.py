@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import time
 from collections import Counter
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from typing import Any, NamedTuple
+
+from rich.console import Console
+
+from likeme_core.progress_bar import ProgressBar
 
 #: Stories of one cell.
 STORIES = 50
@@ -52,7 +57,8 @@ def run(count: int, seed: int) -> tuple[CellResult, float]:
     processes = len(os.sched_getaffinity(0)) if count > STORIES else 1
     # Each reads simulated time: it must not be a copy of this process.
     context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+    bar = ProgressBar(Console(stderr=True), 'faults in simulated time', count, 0, math.inf)
+    with ProcessPoolExecutor(processes, mp_context=context) as pool, bar.shown():
         playing: dict[Future[CellResult], int] = {}
         while (done := sum(total.faults.values())) < count:
             promised = sum(playing.values())
@@ -64,6 +70,7 @@ def run(count: int, seed: int) -> tuple[CellResult, float]:
             for future in ended:
                 del playing[future]
                 total = total.plus(future.result())
+            bar.reach(sum(total.faults.values()))
     return total, time.monotonic() - begin
 
 

@@ -141,6 +141,9 @@ class Arm:
         if self._view is None or moving.record.object not in self._view.states:
             self._end(MotionOutcome.OBJECT_NOT_SEEN, 'The object was not seen.')
             return False
+        if moving.record.action in self._table.blocked:
+            self._end(MotionOutcome.NOT_FREE, 'Something is in the way.')
+            return False
         moving.begun, self._table.arm_over = self._table.ros_now, True
         self._graph.happens('motion begins')
         return True

@@ -6,8 +6,11 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
+import rclpy.lifecycle
 import rclpy.node
 from builtin_interfaces.msg import Time
+from lifecycle_msgs.msg import State
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 from rclpy.qos import DurabilityPolicy
 
 from faults_parts.sim_graph import Client, Graph, Publisher, Serve, Service, Source, Subscription
@@ -115,14 +118,28 @@ class SimNode:
         return Client(self.process, name)
 
 
+class SimLifecycleNode(SimNode):
+    """A node with the transitions that it begins itself."""
+
+    def trigger_configure(self) -> TransitionCallbackReturn:
+        return TransitionCallbackReturn.SUCCESS
+
+    def trigger_activate(self) -> TransitionCallbackReturn:
+        return self.on_activate(LifecycleState('inactive', State.PRIMARY_STATE_INACTIVE))
+
+    def on_activate(self, _state: LifecycleState) -> TransitionCallbackReturn:
+        return TransitionCallbackReturn.SUCCESS
+
+
 def time_msg(nanoseconds: int) -> Time:
     """The message of a stamp in ns."""
     return Time(sec=nanoseconds // SECOND, nanosec=nanoseconds % SECOND)
 
 
 def install() -> None:
-    """Have nodes that are imported from now on derive from SimNode."""
+    """Have nodes that are imported from now on derive from these."""
     rclpy.node.Node = SimNode  # type: ignore[assignment,misc]
+    rclpy.lifecycle.LifecycleNode = SimLifecycleNode  # type: ignore[assignment,misc]
 
 
 def _depth_latched(qos: Any) -> tuple[int, bool]:

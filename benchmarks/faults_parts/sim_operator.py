@@ -10,6 +10,7 @@ from faults_parts.sim_graph import Future, Graph
 from faults_parts.sim_node import SimNode
 from faults_parts.sim_time import SIM_TIME
 from likeme_core.world import World
+from likeme_msgs.msg import HelpRequest
 from likeme_msgs.srv import AskHuman
 
 POLL_PERIOD = 0.25
@@ -22,7 +23,7 @@ class Manner:
     """How the operator answers.
 
     Attributes:
-        reply: an AskHuman constant.
+        reply: an AskHuman constant; DONE_BY_HAND where it is no option.
         away_until: steady time before which nothing is answered, s.
         copies: how often an answer is sent at once.
         rival: the reply of a second operator at the same moment; None: there is none.
@@ -42,6 +43,7 @@ class Operator:
     Attributes:
         manner: how it answers.
         asked: ids of the questions that were ever listed.
+        clear_the_way: called before the robot is to try what was not free.
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class Operator:
         """heard: takes each list of questions; accepted: id and reply of an accepted answer."""
         self._world, self._heard, self._accepted = world, heard, accepted
         self.manner, self.asked = Manner(), set[int]()
+        self.clear_the_way: Callable[[], None] = lambda: None
         self._waiting: tuple[float, Future] | None = None
         with graph.process('operator'):
             node = SimNode('operator')
@@ -78,20 +81,30 @@ class Operator:
 
     def _answer(self, item: Any) -> None:
         manner = self.manner
+        # What cannot work is not among the options.
+        reply = manner.reply if manner.reply in item.options else AskHuman.Request.DONE_BY_HAND
+        if item.kind == HelpRequest.CLEAR_THE_WAY:
+            self.clear_the_way()
         if manner.wrong:
-            self._send(item, 'ann', manner.reply, request_id=item.id + 1)
-            self._send(item, 'ann', manner.reply, object='nothing')
-            self._send(item, 'ann', manner.reply, answer=9)
-            self._send(item, ' ', manner.reply)
+            self._send(item, 'ann', reply, request_id=item.id + 1)
+            self._send(item, 'ann', reply, object='nothing')
+            self._send(item, 'ann', reply, answer=9)
+            self._send(item, ' ', reply)
         for _ in range(manner.copies):
-            self._send(item, 'ann', manner.reply)
+            self._send(item, 'ann', reply)
         if manner.rival is not None:
             self._send(item, 'bob', manner.rival)
 
     def _send(self, item: Any, who: str, reply: int, **wrong: Any) -> None:
+        naming = reply == AskHuman.Request.NAME_GOAL
+        if naming and item.id % 2:
+            # A goal is not named for ever.
+            naming, reply = False, AskHuman.Request.SKIP
+        states = self._world.states
         fields = {
             'request_id': item.id, 'answer': reply, 'object': item.object,
             'action': self._world.actions[item.action].name, 'stamp': item.header.stamp,
+            'goal': states[item.id // 2 % len(states)].name if naming else '',
         }  # fmt: skip
         request = AskHuman.Request(
             command=AskHuman.Request.ANSWER, answered_by=who, **fields | wrong

@@ -26,6 +26,7 @@ class Table:
     Attributes:
         states: region of each object by its name.
         arm_over, hand_over: whether a limb hides the table.
+        blocked: names of the actions that are not free.
         jump: ns by which ROS time, of camera and arm, has been set forwards.
         process: of camera and perception.
     """
@@ -34,6 +35,7 @@ class Table:
         self.world, self._graph = world, graph
         self.states = dict.fromkeys(world.objects, 0)
         self.arm_over = self.hand_over = False
+        self.blocked: set[str] = set()
         self.jump = 0
         self._due = False
         self.start()

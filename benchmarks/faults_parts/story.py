@@ -14,6 +14,10 @@ from faults_parts.sim_time import SIM_TIME
 #: Kinds of a decision and replies.
 EXECUTE, ASK_HUMAN, AT_GOAL, NO_ACTION = range(4)
 DONE_BY_HAND, TRY_ANYWAY = 0, 1
+#: A result and a motion's outcome after which a mode that asks decides anew.
+GOAL_NAMED, NOT_FREE = 5, 14
+#: Share of actions that are not free until the way is cleared.
+BLOCKED = 0.2
 #: s of simulated time.
 BELIEF_TIME, DECISION_TIME, OUTCOME_TIME, SETTLE_TIME = 2.0, 4.0, 120.0, 60.0
 ATTEMPTS = 8
@@ -73,7 +77,9 @@ class Trigger:
 def play(cell: Cell, fault: Fault, rng: np.random.Generator) -> Story:
     """Play a story to its end, and until everything works again."""
     world, table = cell.world, cell.table
-    cell.operator.manner = Manner(reply=int(rng.integers(0, 3)))
+    cell.operator.manner = Manner(reply=int(rng.integers(0, 4)))
+    table.blocked = {action.name for action in world.actions if rng.random() < BLOCKED}
+    cell.operator.clear_the_way = table.blocked.clear
     reachable = [s for s in world.states if s not in world.out_of_reach]
     name = str(rng.choice(world.objects))
     x_i, x_f = (int(s) for s in rng.permutation(len(reachable))[:2])
@@ -121,6 +127,13 @@ def _until_decided(cell: Cell, name: str, x_i: int, x_f: int, shown: bool) -> bo
     return decided()
 
 
+def _decides_anew(cell: Cell) -> bool:
+    latest = next(reversed(cell.monitor.seen.outcomes.values()), None)
+    return latest is not None and (
+        latest.result == GOAL_NAMED or latest.motion_outcome == NOT_FREE
+    )
+
+
 def _until_closed(cell: Cell) -> bool:
     """Answer, help and wait until no decision waits for its outcome."""
     moved = 0
@@ -141,8 +154,10 @@ def _until_closed(cell: Cell) -> bool:
     while SIM_TIME.seconds < deadline:
         if not cell.graph.run(deadline - SIM_TIME.seconds, closed):
             return False
-        # In sequential mode a miss is followed by a decision.
-        cell.graph.run(0.5)
+        # In sequential mode a miss is followed by a decision, and in any that asks other outcomes.
+        cell.graph.run(
+            DECISION_TIME if _decides_anew(cell) else 0.5, lambda: cell.open is not None
+        )
         if cell.open is None:
             return True
     return False

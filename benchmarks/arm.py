@@ -1,0 +1,99 @@
+"""The driver of a real arm against a stand-in robot with controller faults, over DDS.
+
+    ./scripts/bench.sh arm [--n N] [--seed S] [--patience F] [--verbose] [--json]
+
+N seeded acts (default 200, about 8 s each) of all six actions in the paper's world, in three of
+ten with other things on the table; nine of ten are drawn with a fault: the controller drops,
+aborts, stalls, slows or delays a trajectory, a joint is pushed off its way, joint_states stay
+away, a person holds or cancels. Processes: robot_stand_in, hold_keeper, arm_driver. Exit code 1
+if a bar is missed.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Iterable
+
+import numpy as np
+
+from arm_parts.acts import MOVED, NONE, ActResult, carry_out, draw_act
+from arm_parts.live_arm import live_arm
+from likeme_core.outcomes import MotionOutcome
+from likeme_core.progress_bar import counted
+from report import Bar, option_parser, publish, whole_number
+
+ISSUE = 'requirement'
+
+
+def share(found: Iterable[bool]) -> float:
+    """Share of what is true; NaN of nothing."""
+    values = list(found)
+    return sum(values) / len(values) if values else float('nan')
+
+
+def bars(results: list[ActResult], report: dict[str, object]) -> list[Bar]:
+    """What is held against the acts."""
+    count = len(results)
+    collisions, violations = (report[k] for k in ('collisions', 'violations'))
+    assert isinstance(collisions, dict)
+    assert isinstance(violations, dict)
+    stopped = [r for r in results if not np.isnan(r.rest)]
+    after = sum(r.after_hold > MOVED for r in stopped)
+    completed = [r for r in results if r.outcome is MotionOutcome.COMPLETED]
+    clear = [r for r in results if r.act.fault == NONE]
+    rests = [r.rest for r in stopped] or [0.0]
+    return [
+        Bar('pairs of things that touched', len(collisions), 0, 'pairs', ISSUE, count),
+        Bar('limits that were broken', len(violations), 0, 'limits', ISSUE, count),
+        Bar('motions after a hold or cancel', after, 0, 'acts', ISSUE, len(stopped)),
+        Bar('acts without one outcome', sum(r.outcome is None for r in results), 0, 'acts', ISSUE,
+            count),
+        Bar('hold or cancel to rest, greatest', max(rests), None, 's', None, len(stopped)),
+        Bar('completed without a fault', share(r in completed for r in clear), None, 'share',
+            None, len(clear)),
+        Bar('object arrived where completed', share(r.arrived for r in completed), None, 'share',
+            None, len(completed)),
+        Bar('an act', float(np.median([r.seconds for r in results])), None, 's', None, count),
+    ]  # fmt: skip
+
+
+def main() -> int:
+    """Run the acts."""
+    parser = option_parser('arm', description=__doc__)
+    parser.add_argument('--n', type=whole_number, default=200)
+    parser.add_argument('--seed', type=whole_number, default=1)
+    parser.add_argument(
+        '--patience', type=float, default=1.0, help='factor on time-outs, for a loaded machine'
+    )
+    parser.add_argument('--verbose', action='store_true', help='each act, on standard error')
+    given = parser.parse_args()
+    results = []
+    with live_arm(given.patience) as live:
+        for number in counted(range(given.n), 'acts', given.n):
+            result = carry_out(live, draw_act(given.seed * 100_000 + number))
+            results.append(result)
+            if given.verbose:
+                outcome = 'NONE' if result.outcome is None else result.outcome.name
+                print(
+                    f'{number} {result.act.action} {result.act.object}, {result.act.fault} '
+                    f'{result.act.amount:.2f}: {outcome}: {result.message} {live.report}',
+                    file=sys.stderr, flush=True,
+                )  # fmt: skip
+        report = dict(live.report)
+    outcomes = Counter(
+        f'{r.act.fault}: {"NONE" if r.outcome is None else r.outcome.name}' for r in results
+    )
+    notes = {
+        'patience': given.patience,
+        'outcomes by fault': dict(sorted(outcomes.items())),
+        'collisions': report['collisions'],
+        'violations': report['violations'],
+        'greatest share of a speed limit': report['fastest'],
+        'sentences': dict(Counter(r.message for r in results).most_common(30)),
+    }
+    return 0 if publish('arm', bars(results, report), notes) else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())

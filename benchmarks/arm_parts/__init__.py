@@ -1,0 +1,1 @@
+"""The driver of a real arm against a stand-in robot."""
