@@ -9,6 +9,7 @@ with Graph(tmp_path) as graph:
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import subprocess
@@ -200,13 +201,27 @@ class Graph:
         """Call a service once it is there; the future of the response."""
         return self._client(kind, service, timeout).call_async(request)
 
-    def call(self, kind: type, service: str, request: Any, timeout: float = 20) -> Any:
-        """Call a service once it is there; the response."""
+    def call(
+        self, kind: type, service: str, request: Any, timeout: float = 20, again: float = math.inf
+    ) -> Any:
+        """Call a service once it is there; the response.
+
+        again: s after which the request is sent once more. What is sent while a killed server is
+        still listed is lost; only for requests that may arrive twice.
+        """
         client = self._client(kind, service, timeout)
-        future = client.call_async(request)
-        self.until(future.done, timeout, f'an answer of {service}')
+        futures, due = [client.call_async(request)], time.monotonic() + again
+
+        def answered() -> bool:
+            nonlocal due
+            if time.monotonic() > due:
+                futures.append(client.call_async(request))
+                due += again
+            return any(future.done() for future in futures)
+
+        self.until(answered, timeout, f'an answer of {service}')
         self.node.destroy_client(client)
-        return future.result()
+        return next(future.result() for future in futures if future.done())
 
     def _client(self, kind: type, service: str, timeout: float) -> Any:
         client = self.node.create_client(kind, service)

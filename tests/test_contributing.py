@@ -9,14 +9,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import cv2
 import pytest
 import yaml
 
-from likeme_arm_sim.cell import Cell, CellSettings
-from likeme_core.paper_world import WORLD
+from likeme_bringup.world_commands import new
 from likeme_core.world import load_world
 from likeme_core.world.file import world_path
+from test_teach import views
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8')
@@ -85,27 +84,20 @@ print(defaults(settings)['quiet_time'], settings['quiet_time'].limits)
 
 
 def test_add_an_object(tmp_path: Path) -> None:
-    images = Cell(WORLD.only('lemon'), 1, CellSettings(initial_states={})).frame()
-    colour, depth = tmp_path / 'colour.png', tmp_path / 'depth.png'
-    cv2.imwrite(str(colour), images.rgb[:, :, ::-1])
-    cv2.imwrite(str(depth), images.depth_mm)
-    command = [sys.executable, '-m', 'likeme_perception.look', colour, depth, '--learn', 'lime']
+    path = tmp_path / 'limes.yaml'
+    new(path)
+    seen = views('plum', tmp_path / 'views', 5)
+    command = [
+        sys.executable,
+        '-m',
+        'likeme_replay.camera_tools.teach',
+        'lime',
+        seen,
+        '--world',
+        path,
+    ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stderr
-    looks = yaml.safe_load(done.stdout)
-    path = tmp_path / 'limes.yaml'
-    assert run(
-        f"""
-from likeme_bringup.world_commands import new
-from pathlib import Path
-new(Path({str(path)!r}))
-""",
-        dict(os.environ),
-    ).startswith('Written')
-    text = yaml.safe_load(path.read_text(encoding='utf-8'))
-    entry = looks[0] if isinstance(looks, list) else looks
-    text['objects'].append(entry if 'name' in entry else {'name': 'lime', 'looks': entry['lime']})
-    path.write_text(yaml.safe_dump(text), encoding='utf-8')
     assert load_world(str(path)).objects[-1] == 'lime'
 
 

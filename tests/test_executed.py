@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -27,7 +28,12 @@ from likeme_experiments.commands.reproduce import app
 from likeme_experiments.evaluation.episode import ImitationEpisode, PerceivedDemonstration
 from likeme_experiments.evaluation.forecast import DemonstrationCase
 from likeme_experiments.imitation import demonstration, episode_log, episodes
-from likeme_experiments.imitation.demonstration import temporary_cell
+from likeme_experiments.imitation.demonstration import (
+    background_of,
+    new_perception,
+    set_up,
+    temporary_cell,
+)
 from likeme_experiments.imitation.episode_log import EpisodeLog, fingerprint
 from likeme_experiments.imitation.episodes import EpisodeTask, make_episode, tasks
 from likeme_experiments.imitation.imitation_cell import ImitationCell
@@ -75,6 +81,21 @@ def test_a_result_depends_on_the_actions_alone() -> None:
         assert straight.executed == 2
         assert wandering.execute((push,), place) is done
     assert done.view.stamp > first.view.stamp > first.report.finished > 0
+
+
+def test_all_objects_are_on_the_table_together_and_seen() -> None:
+    with temporary_cell(WORLD, 'lemon', together=True) as cell:
+        set_up(cell, 'lemon', RIGHT, 7)
+        true = cell.true_states()
+        assert true['lemon'].state is RIGHT
+        assert all(view.state in (LEFT, RIGHT) for view in true.values())
+        perception = new_perception(WORLD, cell, background_of(WORLD, 'lemon'))
+        perception.wait_until_settled()
+        others = perception.others('lemon')
+    assert others.keys() == set(WORLD.objects) - {'lemon'}
+    for name, view in others.items():
+        assert np.hypot(view.x - true[name].x, view.y - true[name].y) < 0.01
+        assert min(view.length, view.width, view.height) > 0.03
 
 
 def test_an_episode_repeats_and_closes_every_cell_it_makes(
@@ -147,6 +168,7 @@ def _check_document(document: dict[str, Any]) -> None:
         ('place', 'lemon'), ('push', 'lemon'),
     ]  # fmt: skip
     for row in rows:
+        assert row['paper']['trajectory'] == {'place': 0.525, 'push': 0.575}[row['demonstration']]
         for way in WAYS:
             cell = row[way]
             assert cell['low'] <= cell['success'] <= cell['high']

@@ -212,6 +212,9 @@ def test_one_key_stops_the_cell(cell: HeldCell) -> None:
         assert cell.states[-1].held
         assert cell.states[-1].by == 'Ada'
         assert cell.end(cell.begin()).outcome == Act.HELD
+        # The service names nobody: who holds stays told.
+        assert cell.trigger('hold').message == 'The cell was held already.'
+        assert cell.states[-1].by == 'Ada'
         assert cell.trigger('resume').success
         stop.process.send_signal(signal.SIGINT)
         assert stop.process.wait(20) == 0

@@ -30,6 +30,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     'likeme_bringup': {
         'likeme_core', 'likeme_perception', 'likeme_inference', 'likeme_gaze', 'likeme_arm_sim',
     },
+    'likeme_operator': {'likeme_core', 'likeme_inference', 'likeme_arm', 'likeme_bringup'},
 }  # fmt: skip
 PACKAGES = tuple(MAY_IMPORT)
 MODULES = sorted(
@@ -128,7 +129,8 @@ def test_consoles_are_apps_that_every_typer_reads() -> None:
 def test_what_starts_often_leaves_heavy_libraries_to_those_who_use_them() -> None:
     """Each takes 0.1 to 0.3 s of every start; scipy, sqlalchemy and matplotlib are used late."""
     modules = (
-        'likeme_bringup.demo, likeme_inference.ask_human_node, likeme_inference.inference_node'
+        'likeme_bringup.demo, likeme_inference.inference_node, '
+        'likeme_operator.ros.operator_commands'
     )
     code = (
         f'import sys, {modules}; print({{"matplotlib", "scipy", "sqlalchemy"}} & {{*sys.modules}})'

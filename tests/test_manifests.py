@@ -37,10 +37,19 @@ NAMES = {
     # rosdep has no keys for these. The first three come with rosbags; each of the others serves
     # one option or one command, which says what to install.
     'apsw': (None, 'apsw'),
+    'coal': (None, 'coal'),
+    'pinocchio': (None, 'pin'),
+    'ruckig': (None, 'ruckig'),
     'backports': (None, 'backports.zstd'),
     'lz4': (None, 'lz4'),
     'distributed': (None, 'distributed'),
+    'aiohttp': (None, 'aiohttp'),
     'foxglove': (None, 'foxglove-sdk'),
+    'pyte': (None, 'pyte'),
+    'rerun': (None, 'rerun-sdk'),
+    'rerun_cli': (None, 'rerun-sdk'),
+    'textual': (None, 'textual'),
+    'textual_serve': (None, 'textual-serve'),
     'websockets': (None, 'websockets'),
     'pyarrow': (None, 'pyarrow'),
 }

@@ -46,6 +46,9 @@ def test_parameters_are_listed_told_and_changed(tmp_path: Path) -> None:
             "'telepathy'.",
         )  # fmt: skip
         assert param('set', node_name, 'threshold', '0.3')[0] == 2
+        assert param('list') == (0, '/inference_node')
+        absent = f'There is no node inferense_node on ROS domain {graph.domain}.'
+        assert param('list', 'inferense_node') == (3, f'{absent} The nearest: /inference_node.')
         assert 'goal_prior = [1.0, 0.0, 0.0]' in node.said
 
 
@@ -53,5 +56,6 @@ def test_an_absent_node_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(param_command, 'DISCOVERY_TIMEOUT', 0.5)
     with domain_id() as domain:
         told = command(param_command.param, domain, 'get', 'nobody', 'mode')
-    said = f'There is no node nobody on ROS domain {domain}.\n'
-    assert (told.code, told.stdout, told.stderr) == (3, '', said)
+    said = f'There is no node nobody on ROS domain {domain}. No other node is there: '
+    assert (told.code, told.stdout) == (3, '')
+    assert told.stderr.startswith(said)

@@ -9,11 +9,13 @@ import pytest
 
 from likeme_arm.motion import ObjectView
 from likeme_arm_sim.cell import Cell
-from likeme_core.observations import Demonstration
+from likeme_core.observations import Demonstration, ObservedAttempt
 from likeme_core.outcomes import Actor
 from likeme_core.paper_world import LEFT, PLACE_LEFT, PUSH_LEFT, RIGHT, WORLD
 from likeme_core.tabletop import Action, Manner
 from likeme_experiments.learning.cell_perception import CellPerception, object_view
+from likeme_inference.joint_observer import JointObserver, JointSettings
+from likeme_inference.tabletop.model_file import shipped
 from likeme_perception.catalogue import world_catalogue
 from likeme_perception.config import world_config
 from likeme_perception.observation import TableObservation
@@ -30,6 +32,7 @@ class Watched:
         self._eyes = CellPerception(self.cell, config, world_catalogue(WORLD), None)
         self.table: TableObservation | None = None
         self.acts: list[Demonstration] = []
+        self.attempts: list[ObservedAttempt] = []
         self.seen_while: set[str] = set()
         self._due = 0.0
 
@@ -40,6 +43,7 @@ class Watched:
         self._due = self.cell.time + 1 / FRAME_RATE
         self.table = self._eyes.process_frame()
         self.acts += self.table.demonstrations
+        self.attempts += self.table.attempts
         if self.table.hand_in_view:
             self.seen_while.add('hand')
         if self.table.arm_in_view:
@@ -49,10 +53,10 @@ class Watched:
         """What the robot is told about an object."""
         return None if self.table is None else object_view(self.table.object(name))
 
-    def do(self, actor: Actor, name: str, action: Action) -> None:
+    def do(self, actor: Actor, name: str, action: Action, share: float = 1.0) -> None:
         """Act, and let everything come to rest."""
         self.seen_while.clear()
-        self.cell.run_action(actor, name, action, self.look, self.tick)
+        self.cell.run_action(actor, name, action, self.look, self.tick, share=share)
         self.cell.step(2.0, self.tick)
 
     def agrees(self) -> bool:
@@ -105,6 +109,29 @@ def test_the_robots_push_is_followed_and_is_no_demonstration(watched: Watched) -
     watched.do(Actor.ROBOT, 'chicken', PUSH_LEFT)
     assert watched.agrees()
     assert watched.seen_while == {'arm'}
-    assert watched.acts == []
+    assert watched.acts == watched.attempts == []
     assert watched.table is not None
     assert watched.table.settled
+
+
+def test_a_person_who_fails_tells_what_was_meant(watched: Watched) -> None:
+    """Meltzoff's failed attempt: pushed a part of the way and left there."""
+    observer = JointObserver(WORLD, shipped(WORLD), JointSettings())
+    assert watched.table is not None
+    observer.look(watched.table.snapshot)
+    watched.do(Actor.HUMAN, 'chicken', PUSH_LEFT, share=0.4)
+    assert watched.agrees()
+    assert watched.acts == []
+    *begun, ended = watched.attempts
+    assert {(a.object, a.x_i, a.x_f, a.under_way) for a in begun} == {
+        ('chicken', RIGHT, None, True)
+    }
+    assert (ended.object, ended.x_i, ended.x_f, ended.manner, ended.direction) == (
+        'chicken', RIGHT, RIGHT, Manner.PUSH, LEFT
+    )  # fmt: skip
+    waiting = [belief for a in watched.attempts for belief in observer.see(a)]
+    beliefs = observer.look(watched.table.snapshot)
+    assert waiting == []
+    chicken = beliefs[0].objects.index('chicken')
+    assert beliefs[-1].marginals[chicken, LEFT] > 0.8
+    assert beliefs[-1].unexplained == 0

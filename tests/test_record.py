@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import json
+import os
+import pty
+import re
+import select
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -190,3 +195,37 @@ def test_what_cannot_be_recorded_is_refused(
     assert sentence in ' '.join(told.stderr.split())
     # Nothing but what ends a command.
     assert isinstance(told.exception, SystemExit)
+
+
+def sizes_in(drawn: str) -> list[float]:
+    return [float(s) for s in re.findall(r'Recording: \d+ messages, ([\d.]+) MB', drawn)]
+
+
+@pytest.mark.graph
+def test_a_terminal_shows_the_growing_size_and_a_pipe_nothing_of_it(tmp_path: Path) -> None:
+    drawn = ''
+
+    def sizes() -> list[float]:
+        nonlocal drawn
+        if select.select([ours], [], [], 0)[0]:
+            drawn += os.read(ours, 1 << 20).decode('utf-8', 'replace')
+        return sizes_in(drawn)
+
+    with Graph(tmp_path) as graph:
+        ours, theirs = pty.openpty()
+        out = tmp_path / 'out.txt'
+        options = ['--topics', 'picture', '--duration', '600', '--compression', 'none']
+        command = [sys.executable, '-m', 'likeme_replay.record', str(tmp_path / 'bag'), *options]
+        with out.open('wb') as stdout:
+            process = subprocess.Popen(command, stdout=stdout, stderr=theirs, env=graph.env)
+        os.close(theirs)
+        Camera(graph, 'picture')
+        graph.until(lambda: len(set(sizes())) > 2, 30, 'a size that grows')
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+        os.close(ours)
+    assert sizes_in(drawn) == sorted(sizes_in(drawn))
+    assert 'left' in drawn
+    said = out.read_text('utf-8')
+    assert 'Recording:' not in said
+    assert re.search(r'\d+ messages, [\d.]+ MB in ', said)

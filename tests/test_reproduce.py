@@ -11,7 +11,10 @@ import cv2
 import pytest
 from typer.testing import CliRunner
 
+from likeme_core.world import load_world
 from likeme_experiments.commands.reproduce import app
+from likeme_experiments.evaluation.fig8 import fig8
+from likeme_experiments.reproductions.fig8_statements import PAPER, statements_of
 from likeme_experiments.reproductions.tabletop import REPRODUCTIONS
 from likeme_inference.tabletop import model_file
 
@@ -45,9 +48,11 @@ def test_table_1_except_the_misprint() -> None:
 
 
 def test_fig_8() -> None:
-    rows = document('fig8')['rows']
+    made = document('fig8')
+    rows = made['rows']
 
     assert len(rows) == 12
+    assert made['here'] == made['paper']
     assert all(row['goal'] == row['x_f'] for row in rows)
     assert [(row['object'], row['x_i'], row['x_f']) for row in rows if row['asks']] == [
         ('pear', 'RIGHT', 'LEFT')
@@ -57,6 +62,28 @@ def test_fig_8() -> None:
     assert (first['action'], first['predicted_success']) == ('PUSH_RIGHT', 1.0)
     assert first['predicted'] == [0.0, 1.0, 0.0]
     assert sum(first['action_posterior']) == pytest.approx(1)
+
+
+def test_what_the_paper_says_of_fig_8_can_be_wrong_of_a_model() -> None:
+    world = load_world()
+    cases = fig8(model_file.shipped(), world)
+    first = cases[0]
+    # The second most preferred action of the pear from LEFT to RIGHT is aimed OFFTABLE.
+    elsewhere = [
+        0.9 if a.name == 'PUSH_RIGHT' else 0.1 * (a.name == 'PUSH_OFFTABLE') for a in world.actions
+    ]
+    wrong = first._replace(goal=first.x_i, action_posterior=tuple(elsewhere), asks=True)
+    made = statements_of([wrong, *cases[1:]], world)
+    assert made == (12, 11, 11, (('pear', 'LEFT', 'RIGHT'), ('pear', 'RIGHT', 'LEFT')))
+    assert statements_of(cases, world) == PAPER
+
+
+@pytest.mark.parametrize('name', ['fig4', 'fig7', 'fig8', 'practice', 'sequential', 'joint'])
+def test_the_paper_is_named_beside_ours_at_80_columns(name: str) -> None:
+    words = ['--seeds', '1'] if name in ('fig4', 'practice', 'joint') else []
+    told = run(name, *words).stdout
+    assert 'the paper' in told.lower()
+    assert max(map(len, told.splitlines())) <= 80
 
 
 def test_fig_7_omits_self_transitions() -> None:
@@ -155,3 +182,8 @@ def test_the_script_from_another_folder(tmp_path: Path) -> None:
 
     assert len(json.loads(told.stdout)['rows']) == 6
     assert (tmp_path / 'here' / 'table1.png').exists()
+
+
+def test_tables_of_the_paper_fit_a_terminal_of_80_columns() -> None:
+    for name in ('table1', 'fig7', 'fig8', 'sequential', 'practice'):
+        assert max(map(len, run(name).stdout.splitlines())) <= 80, name

@@ -31,10 +31,10 @@ def names(root: ElementTree.Element, kind: str) -> set[str]:
     return {name for name in found if not name.startswith('~')}
 
 
-def test_the_policy_names_topics_and_services_of_the_readme() -> None:
+def test_the_policy_names_topics_and_services_of_the_docs() -> None:
     root = ElementTree.parse(POLICY).getroot()
-    readme = (ROOT / 'README.md').read_text()
-    known = set(re.findall(r'`/?([A-Za-z_]+(?:/[A-Za-z_]+)*)`', readme)) | COMMON
+    topics = (ROOT / 'docs' / 'topics.md').read_text()
+    known = set(re.findall(r'`/?([A-Za-z_]+(?:/[A-Za-z_]+)*)`', topics)) | COMMON
     assert names(root, 'topic') <= known
     assert names(root, 'service') <= known
 

@@ -189,8 +189,9 @@ def test_a_hold_in_the_middle_of_a_persons_act(cell: LiveCell) -> None:
 
 
 def test_a_hold_in_the_middle_of_the_robots_act(cell: LiveCell) -> None:
-    assert cell.reset(chicken=RIGHT).success
-    cell.see(chicken=RIGHT)
+    alone = {'chicken': RIGHT, 'pear': OFFTABLE, 'lemon': OFFTABLE}
+    assert cell.reset(**alone).success
+    cell.see(**alone)
     motion = cell.begin('arm', 'chicken', 'push_left')
     cell.until_in_mid_motion(motion, 1.0)
     assert cell.joints_move(0.2) > STILL

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import re
 import runpy
 import subprocess
@@ -115,7 +116,15 @@ def test_every_script_has_help(script: Path) -> None:
         ('gaze.sh', 'likeme_experiments.commands.gaze', ()),
         ('record.sh', 'likeme_replay.record', ()),
         ('replay.sh', 'likeme_replay.replay', ()),
-        ('ask_human.sh', 'likeme_inference.ask_human_node', ('answer',)),
+        ('ask_human.sh', 'likeme_operator.ros.question_commands', ('answer',)),
+        ('operator.sh', 'likeme_operator', ()),
+        ('operator.sh', 'likeme_operator', ('answer',)),
+        ('operator.sh', 'likeme_operator', ('whatif',)),
+        ('operator.sh', 'likeme_operator', ('resume',)),
+        ('operator.sh', 'likeme_operator', ('watch',)),
+        ('operator.sh', 'likeme_operator', ('log',)),
+        ('topic.sh', 'likeme_bringup.ros.topic_commands', ('echo',)),
+        ('topic.sh', 'likeme_bringup.ros.topic_commands', ('hz',)),
         ('log.sh', 'likeme_inference.log_commands', ('show',)),
         ('log.sh', 'likeme_inference.log_commands', ('verify',)),
         ('log.sh', 'likeme_inference.log_commands', ('why',)),
@@ -138,6 +147,29 @@ def test_a_scripts_help_names_every_option(
     options = set(re.findall(r'(?<![\w-])--[a-z][a-z-]+', real)) - {'--help'}
     assert options, real
     assert not {option for option in options if option not in told}
+
+
+@pytest.mark.parametrize(
+    ('script', 'words', 'said'),
+    [
+        ('test.sh', ('--fast', '--nope'), 'Expected options of pytest, got --nope.'),
+        ('docs.sh', ('--nope',), 'Expected an option of mkdocs build, got --nope.'),
+    ],
+)
+def test_a_wrong_option_for_a_program_that_a_script_calls(
+    script: str, words: tuple[str, ...], said: str
+) -> None:
+    if script == 'docs.sh' and importlib.util.find_spec('mkdocs') is None:
+        pytest.skip('scripts/docs.sh installs mkdocs')
+    answer = subprocess.run(
+        [ROOT / 'scripts' / script, *words],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (answer.returncode, answer.stdout) == (2, '')
+    assert answer.stderr == f'{script}: {said}\n'
 
 
 @pytest.mark.parametrize('script', SCRIPTS, ids=lambda path: path.name)
