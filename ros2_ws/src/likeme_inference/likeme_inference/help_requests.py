@@ -82,6 +82,21 @@ class HelpRequests:
         """Add a pending request."""
         self._pending[request.id] = request
 
+    def accepted(
+        self,
+        request_id: int,
+        reply: int,
+        answered_by: str,
+        read: ReadQuestion | None = None,
+        goal: State | None = None,
+    ) -> AcceptedAnswer | None:
+        """The same answer, if it was accepted before: a client repeats what nothing came back to."""
+        before = self._answered.get(request_id)
+        given = (reply, answered_by.strip(), goal)
+        if before is None or given != (before.reply, before.answered_by, before.goal):
+            return None
+        return before if read is None or read.fits(before.request) else None
+
     def check(
         self,
         request_id: int,

@@ -46,6 +46,18 @@ def test_a_second_answer_is_refused(requests: HelpRequests) -> None:
         requests.check(2, Reply.DONE_BY_HAND, 'Bob')
 
 
+def test_a_repeated_answer_is_known(requests: HelpRequests) -> None:
+    read = ReadQuestion('pear', 'push_left', 0)
+    first = requests.check(2, Reply.SKIP, 'Ada', read)
+    assert requests.accepted(2, Reply.SKIP, 'Ada', read) is None
+    requests.accept(first)
+
+    assert requests.accepted(2, Reply.SKIP, ' Ada', read) is first
+    assert requests.accepted(2, Reply.SKIP, 'Bob', read) is None
+    assert requests.accepted(2, Reply.TRY_ANYWAY, 'Ada', read) is None
+    assert requests.accepted(2, Reply.SKIP, 'Ada', read._replace(stamp=1)) is None
+
+
 @pytest.mark.parametrize(
     ('number', 'reply', 'name', 'message'),
     [

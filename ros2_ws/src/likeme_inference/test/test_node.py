@@ -219,6 +219,9 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
         earlier = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY, stamp=Time(sec=1))
         command = graph.call(AskHuman, 'ask_human', AskHuman.Request(command=2))
         accepted = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY)
+        read = {'object': 'pear', 'action': 'push_left'}
+        stamp = listed.pending[0].header.stamp
+        repeated = answer(graph, decision.id, AskHuman.Request.TRY_ANYWAY, **read, stamp=stamp)
         second = answer(graph, decision.id, AskHuman.Request.DONE_BY_HAND, by='Bob')
         outcome = graph.until(lambda: heard.outcomes, 10, 'an outcome')[0]
 
@@ -242,6 +245,7 @@ def test_answers_and_their_refusals(tmp_path: Path) -> None:
             assert not refused.success
             assert why in refused.message
         assert accepted.success
+        assert (repeated.success, repeated.message) == (True, accepted.message)
         assert accepted.pending == second.pending == []
         assert (outcome.result, outcome.x_f, outcome.actor) == (Outcome.MISSED, R, Outcome.ROBOT)
         assert len(arm.requests) == 1

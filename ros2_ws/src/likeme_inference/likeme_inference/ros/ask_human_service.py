@@ -68,9 +68,10 @@ class AskHumanService:
             goal = self._world.state(request.goal) if request.goal else None
         except ValueError as error:
             raise AnswerRefusedError(str(error)) from error
-        answer = self.desk.check(
-            request.request_id, request.answer, request.answered_by, read, goal
-        )
+        given = (request.request_id, request.answer, request.answered_by, read, goal)
+        if before := self.desk.accepted(*given):
+            return before.sentence
+        answer = self.desk.check(*given)
         if refusal := self._refusal(answer):
             raise AnswerRefusedError(refusal)
         try:
