@@ -5,15 +5,20 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 import psutil
 import pytest
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from graph import Graph
+from graph import Graph, NodeProcess
 from likeme_bringup.cell_status import EXPECTED
-from likeme_core.heartbeats import NodeState
+from likeme_core.heartbeats import NodeRecord, NodeState
 from likeme_core.ros.heartbeat import HeartbeatPublisher, HeartbeatSubscriber
 from likeme_msgs.msg import HelpRequest, HoldState, TableState
 from likeme_msgs.srv import AskHuman
@@ -44,6 +49,48 @@ def test_a_killed_perception_comes_back(tmp_path: Any) -> None:
         graph.until(lambda: nodes['/perception_node'].state is NodeState.READY, 10, 'READY')
 
         assert 'perception was ended by SIGKILL; starting it again now (restart 1).' in cell.said
+        assert cell.stop() == 0
+
+
+def kill_inference(graph: Graph, cell: NodeProcess, nodes: Mapping[str, NodeRecord]) -> None:
+    """Kill the inference node of a cell and wait until it is back."""
+    first = nodes['/inference_node'].run
+    for child in psutil.Process(cell.pid).children():
+        if 'likeme_inference.inference_node' in child.cmdline():
+            child.kill()
+    graph.until(lambda: nodes['/inference_node'].run != first, 30, 'a new run')
+
+
+def test_what_was_set_in_a_run_is_set_after_a_restart(tmp_path: Any) -> None:
+    wanted = [Parameter('help_threshold', value=0.9), Parameter('mode', value='sequential')]
+    change = SetParameters.Request(parameters=[each.to_parameter_msg() for each in wanted])
+    ask = GetParameters.Request(names=[each.name for each in wanted])
+    leave = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_DEACTIVATE))
+    with Graph(tmp_path) as graph:
+        nodes = HeartbeatSubscriber(graph.node).monitor.nodes
+        cell = graph.run('cell', *START_CELL, '--only', 'inference', '--threshold', '0.4')
+        graph.until(lambda: '/inference_node' in nodes, 30, 'a heartbeat')
+        service = 'inference_node/set_parameters'
+        assert graph.call(SetParameters, service, change, again=2).results[0].successful
+        kill_inference(graph, cell, nodes)
+        graph.until(lambda: nodes['/inference_node'].state is NodeState.READY, 20, 'READY')
+        service = 'inference_node/get_parameters'
+        threshold, mode = graph.call(GetParameters, service, ask, again=2).values
+        assert (threshold.double_value, mode.string_value) == (0.9, 'sequential')
+        assert 'Started again in the same run, with what was set in it' in cell.said
+
+        graph.call(ChangeState, 'inference_node/change_state', leave, again=2)
+        graph.until(lambda: 'not active' in nodes['/inference_node'].message, 20, 'inactive')
+        kill_inference(graph, cell, nodes)
+        graph.until(lambda: 'Not active, as before' in cell.said, 20, 'what it says')
+        graph.until(lambda: 'not active' in nodes['/inference_node'].message, 20, 'inactive')
+        assert cell.stop() == 0
+
+        cell = graph.run('cell', *START_CELL, '--only', 'inference', '--threshold', '0.4')
+        graph.until(lambda: 'Show me something' in cell.said, 30, 'a new run of the cell')
+        graph.until(lambda: nodes['/inference_node'].state is NodeState.READY, 20, 'READY')
+        threshold, mode = graph.call(GetParameters, service, ask, again=2).values
+        assert (threshold.double_value, mode.string_value) == (0.4, 'interactive')
         assert cell.stop() == 0
 
 

@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
+from uuid import uuid4
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch.events.process import ProcessExited
@@ -139,6 +140,8 @@ def environment(given: dict[str, str], config: str) -> list[SetEnvironmentVariab
         'FASTRTPS_DEFAULT_PROFILES_FILE': os.environ.get(
             'FASTRTPS_DEFAULT_PROFILES_FILE', os.path.join(config, 'fastdds.xml')
         ),
+        # As start_cell has it, see likeme_core.run_memory.
+        'LIKEME_RUN': uuid4().hex,
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET' if is_true(given['network']) else 'LOCALHOST',
     }
     if given['domain']:

@@ -9,6 +9,7 @@ from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from typing import Annotated, NamedTuple
+from uuid import uuid4
 
 import typer
 
@@ -23,6 +24,7 @@ from likeme_bringup.respawn import Respawn
 from likeme_bringup.supervisor import Supervisor
 from likeme_core.cli import MAX_SEED, Domain, OptionalWorld
 from likeme_core.instance_lock import AlreadyRunningError, claim
+from likeme_core.run_memory import RUN_VARIABLE
 from likeme_core.tabletop import Mode
 from likeme_core.typer_app import App
 
@@ -127,7 +129,9 @@ def children(
     parts: tuple[Part, ...] = tuple(Part), options: StartOptions = DEFAULTS, network: bool = False
 ) -> list[Child]:
     """The processes to start, with their ROS arguments."""
-    environment = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'} if network else {}
+    environment = {RUN_VARIABLE: uuid4().hex}
+    if network:
+        environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
     return [
         Child(
             part.value, command(part, options), environment, command(part, options, standby=True)

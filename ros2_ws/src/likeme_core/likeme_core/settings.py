@@ -16,12 +16,14 @@ class Setting(NamedTuple):
         description: meaning and unit.
         limits: least and greatest value of a number.
         read_only: whether it can be set only when the node starts.
+        kept: whether what is set outlives the process within a run, see run_memory.
     """
 
     default: Any
     description: str
     limits: tuple[float, float] | None = None
     read_only: bool = False
+    kept: bool = True
 
 
 #: The parameter by which every node takes its world.

@@ -90,7 +90,7 @@ class HelpRequests:
         read: ReadQuestion | None = None,
         goal: State | None = None,
     ) -> AcceptedAnswer | None:
-        """The same answer, if it was accepted before: a client repeats what nothing came back to."""
+        """The same answer, if it was accepted before; who gets no response repeats it."""
         before = self._answered.get(request_id)
         given = (reply, answered_by.strip(), goal)
         if before is None or given != (before.reply, before.answered_by, before.goal):

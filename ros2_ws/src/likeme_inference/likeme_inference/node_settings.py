@@ -101,7 +101,7 @@ _COMMON: dict[str, Setting] = {
     'stop_delay': Setting(
         5.0, 's of stamps without an act after which a person has stopped', (0.5, 600)
     ),
-    'replayed': Setting(False, 'new session with inputs from hear_again alone'),
+    'replayed': Setting(False, 'new session with inputs from hear_again alone', kept=False),
 }
 
 

@@ -6,6 +6,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.parameter import Parameter
 
 from likeme_core.ros import parameters
+from likeme_core.ros.run_memory import memory_of, save
 from likeme_core.settings import Setting
 
 AUTOSTART = Setting(
@@ -28,17 +29,31 @@ class ManagedNode(LifecycleNode):
         parameters.declare(self, {'autostart': AUTOSTART})
 
     def autostart(self) -> None:
-        """Configure and activate, if the parameter says so; the last line of `__init__`."""
-        if self.get_parameter('autostart').value:
-            self.trigger_configure()
+        """Configure and activate, if the parameter says so; the last line of `__init__`.
+
+        A node that was deactivated, and is started again in the same run, is configured alone.
+        """
+        if not self.get_parameter('autostart').value:
+            return
+        self.trigger_configure()
+        if memory_of(self).inactive:
+            self.get_logger().warning('Not active, as before it was started again in this run.')
+        else:
             self.trigger_activate()
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to work."""
-        self.active = True
+        self._keep(True)
         return super().on_activate(state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Cease to work."""
-        self.active = False
+        self._keep(False)
         return super().on_deactivate(state)
+
+    def _keep(self, active: bool) -> None:
+        self.active = active
+        memory = memory_of(self)
+        if memory.inactive == active:
+            memory.inactive = not active
+            save(self, f'That the node is {"" if active else "not "}active')

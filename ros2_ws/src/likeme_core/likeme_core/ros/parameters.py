@@ -9,6 +9,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from likeme_core.ros.run_memory import keep_parameters
 from likeme_core.settings import Setting
 
 
@@ -31,9 +32,10 @@ def descriptor(setting: Setting) -> ParameterDescriptor:
 
 
 def declare(node: Node, settings: Mapping[str, Setting]) -> None:
-    """Declare all parameters of a node."""
+    """Declare all parameters of a node, as they were set in this run of the cell."""
     for name, setting in settings.items():
         node.declare_parameter(name, setting.default, descriptor(setting))
+    keep_parameters(node, settings)
 
 
 def values(
