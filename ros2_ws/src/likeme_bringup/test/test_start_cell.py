@@ -95,8 +95,14 @@ def test_a_real_arm_takes_the_place_of_the_simulated_cell() -> None:
 
 
 def test_discovery_is_local_by_default() -> None:
-    assert children()[0].environment == {}
-    assert children(network=True)[0].environment == {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+    assert 'ROS_AUTOMATIC_DISCOVERY_RANGE' not in children()[0].environment
+    assert children(network=True)[0].environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
+
+
+def test_all_nodes_of_a_start_are_of_one_run() -> None:
+    first, second = ({child.environment['LIKEME_RUN'] for child in children()} for _ in range(2))
+    assert len(first) == len(second) == 1
+    assert first != second
 
 
 @pytest.mark.parametrize('part', Part)
@@ -241,6 +247,7 @@ def test_the_launch_files_arguments_reach_the_nodes(
         'autostart': False,
     }
     assert environment['ROS_DOMAIN_ID'] == '7'
+    assert environment['LIKEME_RUN']
     assert environment['ROS_AUTOMATIC_DISCOVERY_RANGE'] == 'SUBNET'
     assert Path(environment['FASTRTPS_DEFAULT_PROFILES_FILE']).is_file()
 
