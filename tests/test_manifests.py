@@ -44,6 +44,7 @@ NAMES = {
     'lz4': (None, 'lz4'),
     'distributed': (None, 'distributed'),
     'aiohttp': (None, 'aiohttp'),
+    'arviz': (None, 'arviz'),
     'foxglove': (None, 'foxglove-sdk'),
     'pyte': (None, 'pyte'),
     'rerun': (None, 'rerun-sdk'),

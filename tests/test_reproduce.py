@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import subprocess
+from contextlib import closing
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +13,16 @@ import cv2
 import pytest
 from typer.testing import CliRunner
 
+from likeme_core.outcomes import MotionOutcome
 from likeme_core.world import load_world
 from likeme_experiments.commands.reproduce import app
 from likeme_experiments.evaluation.fig8 import fig8
+from likeme_experiments.reproductions import posterior, predictive_check, prior_sensitivity
 from likeme_experiments.reproductions.fig8_statements import PAPER, statements_of
 from likeme_experiments.reproductions.tabletop import REPRODUCTIONS
-from likeme_inference.tabletop import model_file
+from likeme_inference.experience.store import ExperienceStore
+from likeme_inference.experience.trial import Pair, Trial, TrialKey
+from likeme_inference.tabletop import load_draws, model_file
 
 ROOT = Path(__file__).parents[1]
 EXPECTED_SUCCESS = {1: 0.7167, 2: 0.89, 3: 0.9525, 5: 0.9888}
@@ -78,9 +84,16 @@ def test_what_the_paper_says_of_fig_8_can_be_wrong_of_a_model() -> None:
     assert statements_of(cases, world) == PAPER
 
 
-@pytest.mark.parametrize('name', ['fig4', 'fig7', 'fig8', 'practice', 'sequential', 'joint'])
+@pytest.mark.parametrize(
+    'name',
+    [
+        'fig4', 'fig7', 'fig8', 'practice', 'sequential', 'joint', 'posterior', 'predictive-check',
+        'prior-sensitivity',
+    ],
+)  # fmt: skip
 def test_the_paper_is_named_beside_ours_at_80_columns(name: str) -> None:
-    words = ['--seeds', '1'] if name in ('fig4', 'practice', 'joint') else []
+    few = name in ('fig4', 'practice', 'joint', 'predictive-check')
+    words = ['--seeds', '1'] if few else []
     told = run(name, *words).stdout
     assert 'the paper' in told.lower()
     assert max(map(len, told.splitlines())) <= 80
@@ -119,9 +132,106 @@ def test_practice_converges_closer_with_smaller_steps() -> None:
     assert last == sorted(last)
 
 
-@pytest.mark.parametrize('name', REPRODUCTIONS)
+def test_how_sure_goals_and_decisions_are() -> None:
+    made = document('posterior')
+    rows = made['rows']
+
+    assert (made['chains'], made['draws'], len(rows)) == (4, 1000, 12)
+    for row in rows:
+        assert row['low'] < row['mean'] < row['high']
+        # Ten trials decide the goal, and not always the action.
+        assert row['same_goal'] > 0.99
+    assert rows[0]['reference'] == pytest.approx(0.9684478, abs=5e-8)
+    assert min(row['same_action'] for row in rows) < 0.75
+
+
+def test_predictive_checks_of_the_papers_robot() -> None:
+    checks = {
+        check['name']: check for check in document('predictive-check', '--seeds', '5')['checks']
+    }
+
+    assert list(checks) == ['posterior', 'held out', 'shared', 'structured', 'pooled']
+    assert [check['uses_trials_twice'] for check in checks.values()] == [True, *[False] * 4]
+    assert [len(check['rows']) for check in checks.values()] == [36, 36, 36, 36, 12]
+    assert all(checks[name]['overall'] > 0.05 for name in checks if name != 'pooled')
+    # One model for all objects cannot have made these trials.
+    assert checks['pooled']['overall'] < 0.001
+
+
+def test_a_robot_that_changed_is_found_in_its_experience(tmp_path: Path) -> None:
+    world, path = load_world(), tmp_path / 'store.sqlite'
+    left, right, _ = world.states
+    with closing(ExperienceStore(str(path), world)) as store:
+        store.record(
+            Trial(
+                TrialKey('robot', 'by_hand', Pair(name, left, action), k),
+                # From half of the trials on every action fails.
+                right if k < 10 else left,
+                MotionOutcome.COMPLETED, 1, '0.1.0', 1000 + k,
+            )
+            for name in ('pear', 'lemon') for action in world.actions for k in range(20)
+        )  # fmt: skip
+    found = document('predictive-check', '--model', str(path))
+    overall = {check['name']: check['overall'] for check in found['checks']}
+
+    assert found['batches'] == 2
+    assert overall['order'] < 0.001
+    assert overall['held out'] < 0.001
+
+
+def test_what_depends_on_the_prior() -> None:
+    made = document('prior-sensitivity')
+    labels = [setting['label'] for setting in made['settings']]
+    turning = [row['turning_point'] for row in made['rows']]
+
+    assert made['reference'] == labels[0] == 'ML'
+    assert all(row['goal'] == [row['x_f']] * len(labels) for row in made['rows'])
+    assert not any(row['differs'][: labels.index('2') + 1].count(True) for row in made['rows'])
+    assert sum(row['differs'][labels.index('10')] for row in made['rows']) == 10
+    assert [turn is None for turn in turning].count(True) == 1
+    assert min(turn['concentration'] for turn in turning if turn) == pytest.approx(2, rel=0.002)
+
+
+def test_the_draws_are_written_beside_the_figure(tmp_path: Path) -> None:
+    answer = run('posterior', '--out', str(tmp_path))
+
+    assert answer.exit_code == 0
+    assert load_draws(tmp_path / 'posterior.npz').posterior.counts.shape == (4, 1000, 3, 3, 6, 3)
+    assert str(tmp_path / 'posterior.npz') in answer.stderr
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == ['.npz', '.png', '.svg']
+
+
+@pytest.mark.skipif(find_spec('arviz') is None, reason='ArviZ is not installed (test.sh --extras)')
+def test_the_draws_for_arviz(tmp_path: Path) -> None:
+    assert run('posterior', '--arviz', '--out', str(tmp_path)).exit_code == 0
+    assert (tmp_path / 'posterior.nc').stat().st_size > 0
+
+
+def test_arviz_that_is_not_installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(posterior, 'find_spec', lambda _: None)
+    answer = run('posterior', '--arviz', '--out', str(tmp_path))
+
+    assert answer.exit_code == 1
+    assert 'reproduce: posterior: expected the Python package arviz' in answer.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    'name',
+    [
+        *REPRODUCTIONS,
+        *posterior.REPRODUCTIONS,
+        *predictive_check.REPRODUCTIONS,
+        *prior_sensitivity.REPRODUCTIONS,
+    ],
+)
 def test_pictures(name: str, tmp_path: Path) -> None:
-    answer = run(name, '--out', str(tmp_path / 'new'), *(['--seeds', '2'] * (name == 'practice')))
+    answer = run(
+        name,
+        '--out',
+        str(tmp_path / 'new'),
+        *(['--seeds', '2'] if name in ('practice', 'predictive-check') else []),
+    )
 
     assert answer.exit_code == 0
     picture = cv2.imread(str(tmp_path / 'new' / f'{name}.png'))
@@ -162,6 +272,8 @@ def test_a_model_without_objects(tmp_path: Path) -> None:
     [
         (['fig9'], 2, 'reproduce: Expected one of table1, fig7, fig8, '),
         (['table1', '--seeds', '3'], 2, 'reproduce: table1 takes no --seeds.'),
+        (['posterior', '--arviz'], 2, 'reproduce: --arviz needs --out.'),
+        (['fig7', '--arviz', '--out', 'here'], 2, 'reproduce: fig7 takes no --arviz.'),
         (['table1', '--model', '/no/such/file'], 1, '/no/such/file: No such file'),
         (['table1', '--out', '/dev/null/x'], 1, 'Expected a folder to draw into, got /dev/null/x'),
     ],

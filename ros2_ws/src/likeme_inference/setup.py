@@ -23,7 +23,7 @@ setup(
     maintainer_email='likeme-maintainers@users.noreply.github.com',
     description='Goal inference, action selection and requests for help (Chung et al. 2015).',
     license='Apache-2.0',
-    extras_require={'test': ['pytest']},
+    extras_require={'arviz': ['arviz', 'h5netcdf'], 'test': ['pytest']},
     entry_points={
         'console_scripts': [
             'inference_node = likeme_inference.inference_node:main',

@@ -13,7 +13,7 @@ from likeme_experiments.commands.reproduce import app
 from likeme_experiments.evaluation.gaze_accuracy import GazeErrors
 from likeme_experiments.reproductions import gaze, gaze_blindfold
 from likeme_experiments.reproductions.gaze_figure import draw_histograms, region_95
-from likeme_experiments.reproductions.report import ReproductionOptions, save_figure
+from likeme_experiments.reproductions.report import ReproductionOptions, save_files
 from likeme_gaze import Gaussian
 
 
@@ -46,7 +46,7 @@ def test_fig_4_by_its_command() -> None:
 def test_fig_4_is_drawn(tmp_path: Path) -> None:
     report = gaze.figure_4(ReproductionOptions())
     assert 'median distance off' in report.text
-    paths = save_figure(report, tmp_path, 'fig4')
+    paths = save_files(report, tmp_path, 'fig4')
     assert [path.suffix for path in paths] == ['.png', '.svg']
     assert all(path.stat().st_size > 10_000 for path in paths)
 

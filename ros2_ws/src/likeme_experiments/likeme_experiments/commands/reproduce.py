@@ -16,7 +16,7 @@ from likeme_experiments.reproductions.registry import REPRODUCTIONS
 from likeme_experiments.reproductions.report import (
     ReproductionOptions,
     ReproductionReport,
-    save_figure,
+    save_files,
 )
 
 INTERRUPTED = 130
@@ -49,6 +49,9 @@ def reproduce(
     together: Annotated[
         bool, typer.Option('--together', help='Have all objects of the world on the table.')
     ] = False,
+    arviz: Annotated[
+        bool, typer.Option('--arviz', help='Also write the draws as NAME.nc for ArviZ.')
+    ] = False,
     world: WorldOption = WORLD_DEFAULT,
     listing: Annotated[bool, typer.Option('--list', help='List the names and stop.')] = False,
 ) -> None:
@@ -59,8 +62,10 @@ def reproduce(
         return
     quick = [known for known, reproduction in REPRODUCTIONS.items() if reproduction.in_all]
     names = quick if name == 'all' else [name]
-    options = ReproductionOptions(world, seeds, model, workers, together)
+    options = ReproductionOptions(world, seeds, model, workers, together, arviz)
     _check(name, options)
+    if arviz and out is None:
+        _refuse('--arviz needs --out.')
     if out is not None:
         _make_folder(out)
     reports = {}
@@ -118,8 +123,8 @@ def _make_folder(folder: Path) -> None:
 
 def _draw(report: ReproductionReport, folder: Path, name: str) -> None:
     try:
-        for path in save_figure(report, folder, name):
-            print(f'Drawn: {path}', file=sys.stderr)
+        for path in save_files(report, folder, name):
+            print(f'Written: {path}', file=sys.stderr)
     except OSError as error:
         _fail(f'{name} is not drawn into {folder}: {error.strerror}.')
 

@@ -11,6 +11,9 @@ from likeme_experiments.reproductions import (
     gaze,
     gaze_blindfold,
     joint_goals,
+    posterior,
+    predictive_check,
+    prior_sensitivity,
     tabletop,
 )
 from likeme_experiments.reproductions.report import Reproduction
@@ -18,6 +21,9 @@ from likeme_experiments.reproductions.report import Reproduction
 REPRODUCTIONS: Mapping[str, Reproduction] = MappingProxyType(
     {
         **tabletop.REPRODUCTIONS,
+        **posterior.REPRODUCTIONS,
+        **predictive_check.REPRODUCTIONS,
+        **prior_sensitivity.REPRODUCTIONS,
         **executed.REPRODUCTIONS,
         **exploration.REPRODUCTIONS,
         **joint_goals.REPRODUCTIONS,

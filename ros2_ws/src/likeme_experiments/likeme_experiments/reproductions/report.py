@@ -23,6 +23,7 @@ class ReproductionOptions:
         model: `shipped`, `learned`, or the path of a model file or an experience store.
         workers: processes to spread the work over.
         together: whether all objects of the world are on the table.
+        arviz: whether draws are also written for ArviZ.
     """
 
     world: World = field(default_factory=load_world)
@@ -30,6 +31,7 @@ class ReproductionOptions:
     model: str | None = None
     workers: int | None = None
     together: bool = False
+    arviz: bool = False
 
     def given(self) -> tuple[str, ...]:
         """Names of the options that are set."""
@@ -44,11 +46,13 @@ class ReproductionReport(NamedTuple):
         document: JSON-ready; all numbers.
         text: a table with the paper's values beside the computed ones.
         figure: draws the figure; None if there is none.
+        save: writes further files into a folder, called as the reproduction; returns their paths.
     """
 
     document: Mapping[str, Any]
     text: str
     figure: Callable[[], Figure] | None = None
+    save: Callable[[Path, str], list[Path]] | None = None
 
 
 class Reproduction(NamedTuple):
@@ -67,12 +71,12 @@ class Reproduction(NamedTuple):
     in_all: bool = True
 
 
-def save_figure(report: ReproductionReport, folder: Path, name: str) -> list[Path]:
-    """Write NAME.png and NAME.svg into a folder; returns their paths, none without a figure."""
-    if report.figure is None:
-        return []
-    figure = report.figure()
-    paths = [folder / f'{name}.png', folder / f'{name}.svg']
-    for path in paths:
-        figure.savefig(path, dpi=150)
-    return paths
+def save_files(report: ReproductionReport, folder: Path, name: str) -> list[Path]:
+    """Write NAME.png and NAME.svg, and what else the report has; returns their paths."""
+    paths = []
+    if report.figure is not None:
+        figure = report.figure()
+        paths = [folder / f'{name}.png', folder / f'{name}.svg']
+        for path in paths:
+            figure.savefig(path, dpi=150)
+    return paths if report.save is None else [*paths, *report.save(folder, name)]

@@ -17,6 +17,9 @@
 | asking by cost, or so that a promise is kept | `choose_by_cost`, `cost_plan`, `Promise` |
 | batches of objects or models | `posterior_table`, `direct_policy`, `plan`, `spread` |
 | many states, sparse | `SparseGoalModel` |
+| draws of the posterior, as .npz and for ArviZ | `posterior_draws`, `save_draws`, `to_arviz` |
+| predictive checks | `posterior_check`, `held_out_check`, `exchangeable_check` |
+| sensitivity to the prior | `prior_sensitivity`, `turning_points` |
 
     from likeme_core.world import load_world
     from likeme_inference.tabletop import shipped
@@ -28,6 +31,7 @@
 from likeme_core.tabletop import Action, Manner, Mode, State
 from likeme_inference.tabletop.action_selection import Choice, Kind, choose
 from likeme_inference.tabletop.active_exploration import help_rate, information_gain
+from likeme_inference.tabletop.arviz_export import to_arviz
 from likeme_inference.tabletop.attempts import Attempt, Stopped
 from likeme_inference.tabletop.cost_planning import Costs, choose_by_cost, cost_plan
 from likeme_inference.tabletop.dirichlet import (
@@ -52,9 +56,27 @@ from likeme_inference.tabletop.joint_goals import JointGoals
 from likeme_inference.tabletop.joint_watcher import Watcher
 from likeme_inference.tabletop.model_file import load, save, shipped
 from likeme_inference.tabletop.planning import Plan, plan, spread
+from likeme_inference.tabletop.posterior_file import load_draws, save_draws
+from likeme_inference.tabletop.posterior_sampling import Draws, PosteriorDraws, posterior_draws
+from likeme_inference.tabletop.predictive_check import (
+    PredictiveCheck,
+    exchangeable_check,
+    halves,
+    held_out_check,
+    holm,
+    posterior_check,
+)
 from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.promise import Promise
 from likeme_inference.tabletop.robot_model import RobotModel, TrialCounts
+from likeme_inference.tabletop.sensitivity import (
+    PriorSensitivity,
+    PriorSetting,
+    ShownChange,
+    TurningPoint,
+    prior_sensitivity,
+    turning_points,
+)
 from likeme_inference.tabletop.sparse import SparseGoalModel
 from likeme_inference.tabletop.structured_prior import StructuredPrior
 from likeme_inference.tabletop.transition_model import TransitionModel, maximum_likelihood
@@ -67,6 +89,7 @@ __all__ = [
     'Choice',
     'Costs',
     'Domain',
+    'Draws',
     'GoalModel',
     'GoalTest',
     'JointGoals',
@@ -75,15 +98,21 @@ __all__ = [
     'Mode',
     'Plan',
     'Policy',
+    'PosteriorDraws',
+    'PredictiveCheck',
     'Prior',
+    'PriorSensitivity',
+    'PriorSetting',
     'Promise',
     'RobotModel',
+    'ShownChange',
     'SparseGoalModel',
     'State',
     'Stopped',
     'StructuredPrior',
     'TransitionModel',
     'TrialCounts',
+    'TurningPoint',
     'Watcher',
     'aimed_prior',
     'choose',
@@ -92,20 +121,31 @@ __all__ = [
     'credible_interval',
     'direct_policy',
     'domain_of',
+    'exchangeable_check',
     'explore',
     'explored_policy',
+    'halves',
+    'held_out_check',
     'help_rate',
+    'holm',
     'information_gain',
     'leave_one_out',
     'load',
+    'load_draws',
     'map_goal',
     'map_index',
     'maximum_likelihood',
     'plan',
+    'posterior_check',
+    'posterior_draws',
     'posterior_table',
+    'prior_sensitivity',
     'reinforced',
     'sample_transitions',
     'save',
+    'save_draws',
     'shipped',
     'spread',
+    'to_arviz',
+    'turning_points',
 ]
