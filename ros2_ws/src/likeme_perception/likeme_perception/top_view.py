@@ -12,13 +12,17 @@ from likeme_perception.blobs import Blob, ImageF
 
 # Incidence angle (rad) beyond which a Kinect mostly has no reading; fitted to its frames.
 _STEEPEST = float(np.radians(65.0))
+# From this ratio of width to length on the principal axes do not tell how an object lies: those of
+# a cube are anywhere. Its sides are looked for in so many directions of a quarter turn.
+_SQUARE, _DIRECTIONS = 0.85, 30
 
 
 @dataclass(frozen=True)
 class Shape:
     """Top view of a blob: centroid and principal axes, m and rad.
 
-    centroid: x and y over the occupied cells, mean z. yaw: of the major axis, in (-pi/2, pi/2].
+    centroid: x and y over the occupied cells, mean z. yaw: of the major axis, in (-pi/2, pi/2]; of
+    the longer side where it is about as wide as it is long.
     """
 
     centroid: tuple[float, float, float]
@@ -77,6 +81,8 @@ def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
         _percentile(v, 0.99) - _percentile(v, 0.01) for v in (np.sort(along), np.sort(across))
     )
     yaw = float(np.arctan2(major[1], major[0]))
+    if min(length, width) > _SQUARE * max(length, width):
+        yaw = _side(some[:, :2] - centre)
     yaw = yaw - np.pi if yaw > np.pi / 2 else yaw + np.pi if yaw <= -np.pi / 2 else yaw
     return Shape(
         (float(centre[0]), float(centre[1]), float(blob.xyz[2].mean())),
@@ -85,6 +91,17 @@ def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
         min(length, width),
         _percentile(np.sort(some[:, 2]), 0.99),
     )
+
+
+def _side(xy: NDArray[np.float64]) -> float:
+    """Direction (rad) of the longer side of the smallest rectangle around points (N, 2)."""
+    angles = np.arange(2 * _DIRECTIONS) * (np.pi / 2 / _DIRECTIONS)
+    along = np.sort(xy @ np.stack([np.cos(angles), np.sin(angles)]), axis=0)
+    trimmed = len(xy) // 100
+    extent = along[len(xy) - 1 - trimmed] - along[trimmed]
+    first, second = extent[:_DIRECTIONS], extent[_DIRECTIONS:]
+    best = int((first * second).argmin())
+    return float(angles[best if first[best] >= second[best] else best + _DIRECTIONS])
 
 
 def _percentile(ordered: NDArray[np.floating], share: float) -> float:
