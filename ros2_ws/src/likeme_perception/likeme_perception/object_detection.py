@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_perception.background import Background
-from likeme_perception.blobs import Blob
+from likeme_perception.blobs import Blob, Index
 from likeme_perception.catalogue import Catalogue
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.convex_splitter import ConvexSplitter
@@ -65,6 +65,8 @@ class ObjectDetector:
         self._config = config
         self._catalogue = catalogue
         self._splitter = ConvexSplitter()
+        # Pixels of the named objects of the frame before, in order.
+        self._before: list[Index] = []
 
     def detect(
         self,
@@ -94,6 +96,7 @@ class ObjectDetector:
             table = np.stack([s.probability for s in whole])
             assigned = assign(table, self._config.min_identity)
         named = {k: whole[m.blob]._replace(identity=m.probability) for k, m in assigned.items()}
+        self._before = [np.sort(s.blob.pixels) for s in named.values()]
         taken = {match.blob for match in assigned.values()}
         return Detections(named, [s for b, s in enumerate(whole) if b not in taken])
 
@@ -113,7 +116,9 @@ class ObjectDetector:
         if limb:
             blobs += detect_in_depth_shadow(frame, background, catalogue, least)
         width = frame.depth.shape[1]
-        apart = [p for blob in blobs for p in split_by_colour(blob, width, catalogue)]
+        apart = [
+            p for blob in blobs for p in split_by_colour(blob, width, catalogue, self._before)
+        ]
         return merge_parts(apart, catalogue)
 
     def _detected(

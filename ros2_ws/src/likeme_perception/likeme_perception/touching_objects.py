@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -18,16 +20,21 @@ _LEAST_SHARE = 0.35
 _GREATEST_EXTENT = 1.35
 
 
-def split_by_colour(blob: Blob, width: int, catalogue: Catalogue) -> list[Blob]:
-    """Split a blob that is too large for one object and has the colours of several.
+def split_by_colour(
+    blob: Blob, width: int, catalogue: Catalogue, before: Sequence[Index] = ()
+) -> list[Blob]:
+    """Split a blob that has the colours of several objects.
 
-    width: of the image.
+    It must be too large for one, or have been several in the frame before: noise would else split
+    and merge two that touch in turn.
+
+    width: of the image. before: pixels of the objects of the frame before, flat indices.
     """
     if len(catalogue.objects) < 2:
         return [blob]
     likeliest = catalogue.likeliest[blob.bins]
     known = catalogue.objects[int(np.bincount(likeliest).argmax())]
-    if blob.area < _TOO_LARGE * known.area:
+    if blob.area < _TOO_LARGE * known.area and _covered(blob, before) < 2:
         return [blob]
     named = _majority(likeliest, blob.pixels, width, len(catalogue.objects))
     parts = [blob.part(named == k) for k in range(len(catalogue.objects))]
@@ -35,6 +42,21 @@ def split_by_colour(blob: Blob, width: int, catalogue: Catalogue) -> list[Blob]:
     if len(large) < 2:
         return [blob]
     return [parts[k] for k in large]
+
+
+def _covered(blob: Blob, before: Sequence[Index]) -> int:
+    """How many objects of the frame before lie in a blob by half of their pixels or more."""
+    low, high = int(blob.pixels.min()), int(blob.pixels.max())
+    near = [pixels for pixels in before if pixels[-1] >= low and pixels[0] <= high]
+    if len(near) < 2:
+        return 0
+    inside = np.zeros(high - low + 1, bool)
+    inside[blob.pixels - low] = True
+    shared = 0
+    for pixels in near:
+        within = pixels[(pixels >= low) & (pixels <= high)] - low
+        shared += 2 * int(np.count_nonzero(inside[within])) >= len(pixels)
+    return shared
 
 
 def _majority(label: NDArray[np.intp], pixels: Index, width: int, count: int) -> NDArray[np.intp]:
