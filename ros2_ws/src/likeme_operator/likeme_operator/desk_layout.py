@@ -11,6 +11,7 @@ from likeme_operator.desk_view import DeskView, OpenQuestion
 from likeme_operator.panels import (
     KEYS,
     alarm_line,
+    belief_lines,
     header_line,
     history_lines,
     option_lines,
@@ -66,14 +67,17 @@ def desk_lines(
     options = max(OPTIONS, len(waiting))
     history -= options - OPTIONS
     plan = _fill(table_lines(view, world, left, middle), middle)
-    why = _fill(why_lines(view, right, middle), middle)
-    decision = view.decision
-    what = 'a past decision' if state.selected is not None else 'the newest decision'
+    decision, acting = view.decision, None if state.selected is not None else view.acting
+    what = f'why: {"the newest" if state.selected is None else "a past"} decision'
+    if acting is None:
+        why = why_lines(view, right, middle)
+    else:
+        why, what = belief_lines(acting, right, middle), 'what is wanted'
     rows = [
         header_line(view, clock, width),
         alarm_line(view, state.question, width),
-        _title('sees', left) + '┬' + _title(f'why: {what}', width - left - 1),
-        *(f'{a:{left}.{left}}│ {b}' for a, b in zip(plan, why, strict=True)),
+        _title('sees', left) + '┬' + _title(what, width - left - 1),
+        *(f'{a:{left}.{left}}│ {b}' for a, b in zip(plan, _fill(why, middle), strict=True)),
         _title('what if (changes nothing)', left) + '┴' + '─' * (width - left - 1),
         *_fill(what_if_lines(state.supposed, state.modes, width), WHAT_IF),
         _title('history', width),

@@ -18,9 +18,23 @@ from likeme_core.ros.time import stamp_ns, steady_clock
 from likeme_core.world import World, load_world
 from likeme_core.world.values import label_of
 from likeme_inference.ros.decision_records import DecisionRecordSubscriber
-from likeme_msgs.msg import Decision, Demonstration, HelpRequest, HoldState, TableState
+from likeme_msgs.msg import (
+    Decision,
+    Demonstration,
+    HelpRequest,
+    HoldState,
+    JointGoalBelief,
+    TableState,
+)
 from likeme_operator.desk_problems import problems_of
-from likeme_operator.desk_view import DeskView, MadeDecision, OpenQuestion, SeenTable, ShownAct
+from likeme_operator.desk_view import (
+    DeskView,
+    MadeDecision,
+    OpenQuestion,
+    SeenTable,
+    ShownAct,
+    TableBelief,
+)
 from likeme_operator.history import History
 from likeme_operator.operator_node import SILENCE, OperatorNode
 from likeme_operator.ros.cell_events import CellEvent
@@ -31,6 +45,7 @@ from likeme_operator.ros.views_of_messages import (
     recorded_act,
     seen_table,
     shown_act,
+    table_belief,
 )
 
 #: s between two requests for the open questions that no event causes.
@@ -44,8 +59,8 @@ class DeskNode(OperatorNode):
     """Keeps the newest message of what the screen shows.
 
     Subscribes, beside those of OperatorNode and EventStream:
-        table_state (TableState), demonstration (Demonstration), decision (Decision),
-        decision_record (String)
+        table_state (TableState), demonstration (Demonstration), joint_goal_belief
+        (JointGoalBelief), decision (Decision), decision_record (String)
 
     Attributes:
         history: decisions and how they ended.
@@ -62,6 +77,7 @@ class DeskNode(OperatorNode):
         self._table: TableState | None = None
         self._frames: deque[float] = deque(maxlen=RATED)
         self._shown: tuple[Demonstration, float] | None = None
+        self._believed: tuple[JointGoalBelief, float] | None = None
         self._decisions: dict[int, Decision] = {}
         self._made: dict[tuple[int, bool], MadeDecision] = {}
         self._pending: list[HelpRequest] = []
@@ -72,6 +88,9 @@ class DeskNode(OperatorNode):
         self._records = DecisionRecordSubscriber(self)
         self.create_subscription(TableState, 'table_state', self._on_table, 1)
         self.create_subscription(Demonstration, 'demonstration', self._on_demonstration, 10)
+        self.create_subscription(
+            JointGoalBelief, 'joint_goal_belief', self._on_joint_belief, LATCHED
+        )
         self.create_subscription(Decision, 'decision', self._on_decision, LATCHED)
         self._events = EventStream(self, lambda: self.names, self._on_event, earlier=True)
         self.create_timer(LOOK_PERIOD, self._look, clock=steady_clock())
@@ -122,6 +141,7 @@ class DeskNode(OperatorNode):
                 history=self.history.rows,
                 operators=self._operators,
                 problems=problems_of(bool(nodes), statuses, motion, table),
+                believed=self._table_belief(now),
             )
 
     def _on_table(self, msg: TableState) -> None:
@@ -132,6 +152,10 @@ class DeskNode(OperatorNode):
     def _on_demonstration(self, msg: Demonstration) -> None:
         with self._lock:
             self._shown = msg, time.monotonic()
+
+    def _on_joint_belief(self, msg: JointGoalBelief) -> None:
+        with self._lock:
+            self._believed = msg, time.monotonic()
 
     def _on_decision(self, msg: Decision) -> None:
         with self._lock:
@@ -227,6 +251,12 @@ class DeskNode(OperatorNode):
             return None
         message, heard = self._shown
         return shown_act(message, self.names, now - heard)
+
+    def _table_belief(self, now: float) -> TableBelief | None:
+        if self._believed is None:
+            return None
+        message, heard = self._believed
+        return table_belief(message, self.names, now - heard)
 
     def _camera_time(self) -> int | None:
         """Stamp of the newest table state, ns."""

@@ -11,6 +11,11 @@ from likeme_bringup.cell_status import MotionPermission, NodeStatus
 from likeme_inference.tabletop.values import Reply
 from likeme_operator.action_evidence import ActionEvidence
 
+#: Of an object that need not change.
+ANYWHERE = 'anywhere'
+#: s after which a person who acts, but of whom nothing is heard, is not shown as acting.
+ACTING = 20.0
+
 
 @dataclass(frozen=True)
 class SeenObject:
@@ -60,6 +65,28 @@ class ShownAct:
     x_f: str
     manner: str
     manner_probability: float
+    age: float
+
+
+@dataclass(frozen=True)
+class TableBelief:
+    """What a person wants of all objects together, after each of the acts.
+
+    Attributes:
+        goals: what must change, in words, with its probability; the most probable first.
+        wanted: of each object its name, and where it is wanted with which probability; ANYWHERE
+            where it need not change.
+        over: whether the person has stopped.
+        none_of_these: whether the acts show that the person has none of the goals.
+        age: since it was received.
+    """
+
+    goals: tuple[tuple[str, float], ...]
+    wanted: tuple[tuple[str, tuple[tuple[str, float], ...]], ...]
+    over: bool
+    none_of_these: bool
+    acts: int
+    sentence: str
     age: float
 
 
@@ -170,3 +197,10 @@ class DeskView:
     history: tuple[HistoryRow, ...]
     operators: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
+    believed: TableBelief | None = None
+
+    @property
+    def acting(self) -> TableBelief | None:
+        """What is believed while a person acts; None: nobody does."""
+        now = self.believed
+        return None if now is None or now.over or now.age > ACTING else now

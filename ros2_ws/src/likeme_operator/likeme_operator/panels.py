@@ -8,7 +8,13 @@ from collections.abc import Sequence
 from likeme_core.world import World
 from likeme_core.world.values import UNKNOWN
 from likeme_inference.tabletop.values import Reply
-from likeme_operator.desk_view import DeskView, MadeDecision, OpenQuestion, SeenObject
+from likeme_operator.desk_view import (
+    DeskView,
+    MadeDecision,
+    OpenQuestion,
+    SeenObject,
+    TableBelief,
+)
 from likeme_operator.table_plan import table_plan
 from likeme_operator.text_bars import ago, bar, evidence_bar, short
 from likeme_operator.what_if import Alternative
@@ -92,6 +98,32 @@ def why_lines(view: DeskView, width: int, height: int) -> list[str]:
     actions = action_lines(decision, width)[: max(1, room)]
     lines = [head, shown, *goals, _action_head(width), *actions, rule]
     return [line[:width] for line in lines]
+
+
+def belief_lines(belief: TableBelief, width: int, height: int) -> list[str]:
+    """What the person who acts wants, so far, of the whole table."""
+    head = f'the person acts ({belief.acts} so far); wanted:'
+    foot = ['none of these, by what was done'] if belief.none_of_these else []
+    size = max(4, min(width // 3, width - 22))
+    goals = [
+        f'{words:{width - size - 6}.{width - size - 6}} {bar(p, size)}{short(p)}'
+        for words, p in belief.goals
+    ]
+    return [line[:width] for line in (head, *goals[: height - 1 - len(foot)], *foot)]
+
+
+def belief_page(belief: TableBelief | None) -> list[str]:
+    """All of the newest joint belief."""
+    if belief is None:
+        return ['Nobody has moved anything yet.']
+    lines = [belief.sentence, '', f'What must change, after {belief.acts} events:']
+    lines += [f'  {p:.3f}  {words}' for words, p in belief.goals]
+    if belief.none_of_these:
+        lines += ['', 'What was done is too unlikely for any of these: none of them, it seems.']
+    lines += ['', 'Of each object:']
+    for name, regions in belief.wanted:
+        lines.append(f'  {name:10} ' + '  '.join(f'{region} {p:.2f}' for region, p in regions))
+    return lines
 
 
 def _shown_line(view: DeskView) -> str:

@@ -15,15 +15,17 @@ from likeme_operator.action_evidence import ActionEvidence
 from likeme_operator.desk_layout import DeskState, desk_lines, too_small
 from likeme_operator.desk_problems import problems_of
 from likeme_operator.desk_view import (
+    ANYWHERE,
     DeskView,
     MadeDecision,
     OpenQuestion,
     QuestionKey,
     SeenObject,
     SeenTable,
+    TableBelief,
 )
 from likeme_operator.history import History
-from likeme_operator.panels import option_lines, rule_line
+from likeme_operator.panels import belief_page, option_lines, rule_line
 from likeme_operator.table_plan import table_plan
 from likeme_operator.text_bars import ago, bar, evidence_bar, short
 
@@ -85,6 +87,26 @@ def test_what_an_operator_needs_is_there(view: DeskView) -> None:
     ):  # fmt: skip
         assert words in text, words
     assert '#1 ' not in text
+
+
+def test_while_a_person_acts_the_goals_of_the_table_are_shown(view: DeskView) -> None:
+    goals = (('the pear LEFT, the lemon RIGHT', 0.62), ('the pear LEFT', 0.3))
+    wanted = (('pear', (('LEFT', 0.92), (ANYWHERE, 0.08))),)
+    belief = TableBelief(goals, wanted, False, False, 3, 'I believe it.', age=1.0)
+    acts = replace(view, believed=belief)
+    text = '\n'.join(desk_lines(acts, WORLD, DeskState(QUESTION), '12:00:00', 80, 24))
+    for words in ('the person acts (3 so far)', 'the pear LEFT', '.62', '── what is wanted'):
+        assert words in text, words
+    assert 'ASKS' not in text.partition('── what if')[0]
+    past = desk_lines(acts, WORLD, DeskState(QUESTION, selected=4), '12:00:00', 80, 24)
+    assert '.40 < threshold .50: ASKS' in '\n'.join(past)
+    for over in (replace(belief, over=True), replace(belief, age=60.0)):
+        lines = desk_lines(
+            replace(view, believed=over), WORLD, DeskState(QUESTION), '12:00:00', 80, 24
+        )
+        assert 'why: the newest decision' in '\n'.join(lines)
+    assert belief_page(belief)[-1] == '  pear       LEFT 0.92  anywhere 0.08'
+    assert belief_page(None) == ['Nobody has moved anything yet.']
 
 
 def test_what_cannot_work_is_not_offered() -> None:

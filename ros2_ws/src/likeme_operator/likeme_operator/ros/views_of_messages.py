@@ -16,17 +16,20 @@ from likeme_msgs.msg import (
     Decision,
     Demonstration,
     HelpRequest,
+    JointGoalBelief,
     ObjectState,
     TableState,
 )
 from likeme_operator.action_evidence import evidence
 from likeme_operator.desk_view import (
+    ANYWHERE,
     MadeDecision,
     OpenQuestion,
     QuestionKey,
     SeenObject,
     SeenTable,
     ShownAct,
+    TableBelief,
 )
 from likeme_operator.what_if import WhatIf
 
@@ -71,6 +74,25 @@ def shown_act(msg: Demonstration, names: WorldNames, age: float) -> ShownAct:
     manner = Manner(msg.manner).name.lower() if msg.manner in set(Manner) else '?'
     return ShownAct(
         msg.object, names.state(msg.x_i), names.state(msg.x_f), manner, msg.manner_probability, age
+    )
+
+
+def table_belief(msg: JointGoalBelief, names: WorldNames, age: float) -> TableBelief:
+    """A joint belief that came `age` s ago."""
+    regions = (*names.states, ANYWHERE)
+    marginals = list(msg.marginals)
+    each = [marginals[k : k + len(regions)] for k in range(0, len(marginals), len(regions))]
+    return TableBelief(
+        goals=tuple(zip(msg.description, msg.probability, strict=False)),
+        wanted=tuple(
+            (name, tuple(sorted(zip(regions, p, strict=False), key=lambda pair: -pair[1])))
+            for name, p in zip(msg.objects, each, strict=False)
+        ),
+        over=msg.stopped,
+        none_of_these=msg.none_of_these,
+        acts=msg.events,
+        sentence=msg.sentence,
+        age=age,
     )
 
 

@@ -24,10 +24,15 @@ from likeme_operator.desk_layout import DeskState, desk_lines, too_small
 from likeme_operator.desk_node import DeskNode
 from likeme_operator.desk_view import DeskView, OpenQuestion, QuestionKey
 from likeme_operator.operator_node import ServiceAbsentError
-from likeme_operator.panels import history_lines
+from likeme_operator.panels import belief_page, history_lines
 from likeme_operator.resume_notice import NOTHING, resume_notice
 from likeme_operator.screen.confirmation import Confirmation, Readings
-from likeme_operator.screen.pages import HELP, Page, health_lines, why_page
+from likeme_operator.screen.pages import (
+    HELP,
+    Page,
+    health_lines,
+    why_page,
+)
 from likeme_operator.what_if import Alternative, WhatIf
 
 #: s between two looks at what was heard.
@@ -334,6 +339,9 @@ class DeskApp(App[int]):
             self.push_screen(
                 Page('History', lambda: history_lines(self._node.view(), None, 120, rows))
             )
+        elif key == 'j':
+            title = 'Wanted of the whole table'
+            self.push_screen(Page(title, lambda: belief_page(self._node.view().believed)))
         elif key == 'n':
             self.push_screen(Page('Health', lambda: health_lines(self._node.view())))
         elif key == 'w' and view.decision is not None:

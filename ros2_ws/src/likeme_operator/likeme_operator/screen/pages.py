@@ -28,6 +28,7 @@ HELP = [
     'm          what if the mode were another one',
     'Up Down    look at an earlier, a later decision; Esc: the newest',
     'w          why: all numbers of the decision that is looked at',
+    'j          what is wanted of the whole table',
     'h          history',
     'n          health of the nodes, and all alarms',
     'l          what this desk told',
