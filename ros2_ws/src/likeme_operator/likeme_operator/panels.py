@@ -104,7 +104,7 @@ def belief_lines(belief: TableBelief, width: int, height: int) -> list[str]:
     """What the person who acts wants, so far, of the whole table."""
     head = f'the person acts ({belief.acts} so far); wanted:'
     foot = ['none of these, by what was done'] if belief.none_of_these else []
-    size = max(4, min(width // 3, width - 22))
+    size = max(4, width // 4)
     goals = [
         f'{words:{width - size - 6}.{width - size - 6}} {bar(p, size)}{short(p)}'
         for words, p in belief.goals
