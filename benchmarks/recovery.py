@@ -185,8 +185,9 @@ def kill(observer: Observer, cell: int, victim: Victim, cold: bool) -> Death:
     detected = math.nan
     if known is not None:
         detected = observer.until(
-            lambda: nodes[name].run != run
-            or not observer.heartbeats.alive(name, time.monotonic()),
+            lambda: (
+                nodes[name].run != run or not observer.heartbeats.alive(name, time.monotonic())
+            ),
             f'the end of {name}',
         )
         observer.until(lambda: nodes[name].run != run, f'the next run of {name}')
