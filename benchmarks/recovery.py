@@ -175,7 +175,9 @@ def kill(observer: Observer, cell: int, victim: Victim, cold: bool) -> Death:
     cpu_before = 0.0 if waiting is None else sum(waiting.cpu_times()[:2])
     process = process_of(cell, victim.module, False)
     assert process is not None
-    known = observer.heartbeats.nodes.get(name)
+    # A record is replaced at each heartbeat.
+    nodes = observer.heartbeats.nodes
+    known = nodes.get(name)
     run = '' if known is None else known.run
     observer.until(lambda: observer.ready(name), f'{name} READY')
     process.kill()
@@ -183,10 +185,12 @@ def kill(observer: Observer, cell: int, victim: Victim, cold: bool) -> Death:
     detected = math.nan
     if known is not None:
         detected = observer.until(
-            lambda: known.run != run or not observer.heartbeats.alive(name, time.monotonic()),
+            lambda: (
+                nodes[name].run != run or not observer.heartbeats.alive(name, time.monotonic())
+            ),
             f'the end of {name}',
         )
-        observer.until(lambda: known.run != run, f'the next run of {name}')
+        observer.until(lambda: nodes[name].run != run, f'the next run of {name}')
     works = victim.works(observer)
     back = observer.until(
         lambda: works() and observer.ready(name, run), f'{name} in service again'

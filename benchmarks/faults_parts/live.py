@@ -193,21 +193,24 @@ class Story:
             return
         self._came = True
         cell, fault = self._cell, self._fault
-        known = cell.heartbeats.nodes[NAMES[fault.part]]
-        run = known.run
+        # A record is replaced at each heartbeat.
+        nodes, name = cell.heartbeats.nodes, NAMES[fault.part]
+        run = nodes[name].run
         self._found.faults[fault.kind] += 1
         begin = time.monotonic()
         self._end = KINDS[fault.kind](cell, fault)
         self._until = time.monotonic() + fault.duration
         if fault.kind != 'kill -9':
             return
-        name = NAMES[fault.part]
         noticed = cell.until(
-            lambda: known.run != run or not cell.heartbeats.alive(name, time.monotonic()), PATIENCE
+            lambda: nodes[name].run != run or not cell.heartbeats.alive(name, time.monotonic()),
+            PATIENCE,
         )
         if noticed:
             self._found.detection.append(time.monotonic() - begin)
-        if cell.until(lambda: known.run != run and known.state is NodeState.READY, PATIENCE):
+        if cell.until(
+            lambda: nodes[name].run != run and nodes[name].state is NodeState.READY, PATIENCE
+        ):
             self._found.recovery.append(time.monotonic() - begin)
 
     def _over(self, force: bool = False) -> None:

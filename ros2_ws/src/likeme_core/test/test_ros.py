@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -23,7 +24,9 @@ from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg  #
 from likeme_core.ros.heartbeat import HEARTBEAT_QOS, HeartbeatPublisher  # noqa: E402
 from likeme_core.ros.spin import _check_clock  # noqa: E402
 from likeme_core.ros.time import stamp_ns, time_msg  # noqa: E402
+from likeme_core.run_memory import RUN_VARIABLE, RunMemory  # noqa: E402
 from likeme_core.settings import Setting, defaults  # noqa: E402
+from likeme_core.state_folder import state_folder  # noqa: E402
 from likeme_msgs.msg import Heartbeat  # noqa: E402
 
 SETTINGS = {
@@ -73,6 +76,27 @@ def test_range_type_and_read_only_are_enforced(
 ) -> None:
     result = node.set_parameters([Parameter(name, value=value)])[0]
     assert result.successful is accepted, result.reason
+
+
+def test_what_a_restarted_node_refuses_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv(RUN_VARIABLE, 'a')
+    monkeypatch.setenv('LIKEME_STATE', str(tmp_path))
+    with domain_id() as domain:
+        memory = RunMemory(lambda: state_folder(domain), 'test_parameters')
+        memory.parameters |= {'threshold': 0.9, 'count': 99, 'file': 'read-only', 'gone': 1}
+        memory.save()
+        rclpy.init(domain_id=domain)
+        node = rclpy.create_node('test_parameters')
+        parameters.declare(node, SETTINGS)
+        after = parameters.values(node, SETTINGS)
+        node.destroy_node()
+        rclpy.try_shutdown()
+    assert after == defaults(SETTINGS) | {'threshold': 0.9}
+    told = ''.join(capfd.readouterr())
+    assert 'with what was set in it: threshold = 0.9.' in told
+    assert 'count is 3: 99, as set in this run, is refused: ' in told
 
 
 def test_values_after_a_change_leave_the_parameters_alone(node: Node) -> None:

@@ -86,7 +86,7 @@ class InferenceNode(ManagedNode):
         goal_belief (GoalBelief), decision (Decision), outcome (Outcome): each reliable, transient
             local, depth 1; after a restart the last ones again
         joint_goal_belief (JointGoalBelief, reliable, transient local, depth 1): goals over all
-            objects, after each attempt and when the person has stopped; not in the decision log
+            objects, after each attempt and when the person has stopped
         decision_record (String, reliable, transient local, depth 20): what a decision follows from
         calibration (Calibration, reliable, transient local, depth 1): what was promised and what
             was kept, after each outcome
@@ -170,7 +170,7 @@ class InferenceNode(ManagedNode):
         )  # fmt: skip
         observer = JointObserver(self._world, model, read_joint_settings(values))
         self._joint_goals = JointGoalBeliefs(
-            self, self._world, observer, self._health, self._on_table_goal
+            self, self._world, observer, self._health, log.believed, self._on_table_goal
         )
         self._ask_human = AskHumanService(self, self._world, self._on_answer, self._refusal)
         CellReports(self, CellReportFilter.of(log.log), log.note)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from likeme_core.observations import ObservedAttempt
 from likeme_core.tabletop import State
+from likeme_core.world import World
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.goal_space import JointGoal
 from likeme_inference.tabletop.values import ObjectGoal, TableGoal
+from likeme_inference.value_json import to_json
 
 #: Required changes that are told, the most probable first.
 MOST_TOLD = 10
@@ -55,6 +58,29 @@ class JointBelief:
     events: int
     unexplained: int
     sentence: str
+
+
+def belief_record(belief: JointBelief, world: World) -> dict[str, Any]:
+    """What the decision log has of a belief, as JSON values; states by their names."""
+    return {
+        'stamp': belief.stamp,
+        'demonstration': belief.demonstration,
+        'stopped': belief.stopped,
+        'objects': list(belief.objects),
+        'start': to_json(belief.start),
+        'changes': [
+            [[None if g is None else world.states[g].name for g in change], probability]
+            for change, probability in belief.changes
+        ],
+        # [object, x + 1]; the last is "don't care".
+        'marginals': belief.marginals.tolist(),
+        'p_value': belief.p_value,
+        'none_of_these': bool(belief.none_of_these),
+        'rationality': belief.rationality,
+        'events': belief.events,
+        'unexplained': belief.unexplained,
+        'sentence': belief.sentence,
+    }
 
 
 def table_goal(belief: JointBelief, wait: float) -> TableGoal | None:

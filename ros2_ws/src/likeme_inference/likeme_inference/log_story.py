@@ -50,6 +50,10 @@ def _demonstration(data: Any) -> str:
     return f'{data["object"]} from {data["x_i"]} to {data["x_f"]} by {data["manner"]}'
 
 
+def _joint_belief(data: Any) -> str:
+    return f'{data["sentence"]} {data["events"]} events, p-value {data["p_value"]:.2g}'
+
+
 def _motion(data: Any) -> str:
     ended = f' {data["outcome"]}: {data["message"]}' if data['outcome'] else ''
     return f'{data["actor"]}: {data["action"]} {data["object"]} {data["state"]}{ended}'
@@ -70,6 +74,7 @@ _SENTENCES = {
     'started': lambda d: f'{d["node"]} in {d["world"]}. {d["restored"]}'.strip(),
     'demonstration': _demonstration,
     'belief': lambda d: str(d['sentence']),
+    'joint_belief': _joint_belief,
     'table_goal': lambda d: str(d['sentence']),
     'decision': lambda d: f'{d["decision"]["id"]}: {d["decision"]["sentence"]}',
     'question': lambda d: f'{d["id"]}: {d["question"]}',
@@ -107,15 +112,19 @@ class DecisionStory:
         return [line(entry) for entry in self.entries()]
 
     def entries(self) -> list[LogEntry]:
-        """Demonstration, belief, decision, question, answer, motion and outcome."""
-        wanted = ('demonstration', 'belief', 'table_goal', *NUMBER_OF, 'motion')
+        """Demonstration, beliefs, decision, question, answer, motion and outcome."""
+        seen = ('demonstration', 'belief', 'joint_belief', 'table_goal')
+        wanted = (*seen, *NUMBER_OF, 'motion')
         own = [e for e in self._log.entries(wanted) if self._belongs_to_the_cell(e)]
         before = [e for e in own if e.number < self.decision.number]
         stamp = self.decision.data['decision']['demonstration']
         shown = [e for e in before if e.kind == 'demonstration' and e.data['stamp'] == stamp][-1:]
         believed = [e for e in before if e.kind == 'belief' and e.data['stamp'] == stamp][-1:]
         joint = (e for e in before if e.kind == 'table_goal')
-        believed += [e for e in joint if e.data['demonstration'] == stamp][-1:]
+        goals = [e for e in joint if e.data['demonstration'] == stamp][-1:]
+        for goal in goals:
+            believed += _on_the_way(before, goal)
+        believed += goals
         after = [e for e in own if e.number >= self.decision.number]
         mine = list(_until_next(after, self.number))
         ids = {e.data['id'] for e in mine if e.kind == 'motion_requested'}
@@ -150,6 +159,20 @@ def names_of(log: DecisionLog, label: str) -> Any:
     for entry in log.entries(['started'], 1, f'"label":"{label}"'):
         return entry.data['names']
     raise StoreError(f'Expected an entry with the names of the world {label}, got none.')
+
+
+def _on_the_way(before: Sequence[LogEntry], goal: LogEntry) -> list[LogEntry]:
+    """The joint beliefs of the demonstration of a joint goal."""
+    found: list[LogEntry] = []
+    for entry in before:
+        if entry.kind != 'joint_belief' or entry.number > goal.number:
+            continue
+        if entry.data['demonstration'] == goal.data['demonstration']:
+            # One that has ended, and has the stamp as a clock began anew, is another.
+            if found and found[-1].data['stopped']:
+                found.clear()
+            found.append(entry)
+    return found
 
 
 def _until_next(entries: Sequence[LogEntry], number: int) -> Iterable[LogEntry]:

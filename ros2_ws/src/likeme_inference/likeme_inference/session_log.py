@@ -9,6 +9,7 @@ An entry's text is JSON. All have `cell` and `world`, the label; further by kind
 
     started                   node, names (decision_record.world_record), parameters, restored
     demonstration, belief     the fields of Demonstration and of GoalBelief
+    joint_belief              see joint_belief.belief_record; after each attempt, and at the stop
     table_goal                the joint goal of a person who has stopped
     decision                  decision_record.decision_record
     question, answer          HelpRequest; request, reply, answered_by
@@ -33,6 +34,7 @@ from likeme_core.world import World
 from likeme_inference.decision_record import decision_record, world_record
 from likeme_inference.experience.store_error import StoreError
 from likeme_inference.help_requests import AcceptedAnswer
+from likeme_inference.joint_belief import JointBelief, belief_record
 from likeme_inference.session_inputs import InputValue, SessionEvent
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import help_request
@@ -159,6 +161,15 @@ class SessionLog:
         if rows:
             self.write(*rows)
         self.decided = next((data for kind, data in rows if kind == 'decision'), self.decided)
+
+    def believed(self, belief: JointBelief) -> None:
+        """Note a joint belief; it is written before what follows from it, or that is refused.
+
+        Not while a recording is replayed: notes wait until its end, and this one is not of the
+        cell.
+        """
+        if not self.paused:
+            self.note('joint_belief', belief_record(belief, self.world))
 
     def request_motion(self, decision: Decision, motion_id: str, expires: int) -> None:
         """Write that the arm is about to be asked; expires in ns.

@@ -47,6 +47,10 @@ class Camera:
         """Stop publishing."""
         self._timer.cancel()
 
+    def go_on(self) -> None:
+        """Publish again."""
+        self._timer.reset()
+
     def show(self, name: str, x_i: int, x_f: int, manner: Manner = Manner.PLACE) -> Demonstration:
         """Move an object as a person does; the demonstration that was published."""
         start = self.stamp + TICK

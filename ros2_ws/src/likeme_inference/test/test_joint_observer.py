@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,11 +14,15 @@ from likeme_core.observations import ObservedAttempt, TableSnapshot
 from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.tabletop import Manner, State
 from likeme_core.world import load_world
-from likeme_inference.joint_belief import JointBelief
+from likeme_inference.experience.decision_log import DecisionLog
+from likeme_inference.joint_belief import JointBelief, table_goal
 from likeme_inference.joint_observer import SIMULATED, JointObserver, JointSettings
+from likeme_inference.log_story import line
+from likeme_inference.session_log import SessionLog
 from likeme_inference.tabletop.attempts import Attempt, Stopped
 from likeme_inference.tabletop.joint_goals import JointGoals
 from likeme_inference.tabletop.model_file import shipped
+from likeme_inference.value_json import to_json
 
 SECOND = 1_000_000_000
 START = {'pear': LEFT, 'lemon': LEFT, 'chicken': RIGHT}
@@ -284,3 +291,32 @@ def test_the_sentence_names_what_need_not_change() -> None:
     sentence = shown.beliefs[-1].sentence
     assert sentence.startswith('The person has stopped: I believe lemon RIGHT (0.')
     assert sentence.endswith(', and that the pear and the chicken need not change.')
+
+
+def test_beliefs_are_noted_before_what_follows_and_not_in_a_replay(tmp_path: Path) -> None:
+    path = tmp_path / 'log.sqlite'
+    log = SessionLog(DecisionLog(str(path), lock_timeout=0.05), WORLD, 'cell', 'run', lambda: 0.0)
+    here = Shown()
+    here.act(ended('pear', LEFT, RIGHT, 2.0))
+    here.wait(6.0)
+    seen, stopped = here.beliefs
+    with closing(sqlite3.connect(path, isolation_level=None)) as other:
+        log.believed(seen)
+        other.execute('BEGIN IMMEDIATE')
+        log.believed(stopped)
+    log._again = -1.0
+    goal = table_goal(stopped, 5.0)
+    assert goal is not None
+    log.write(('table_goal', to_json(goal)))
+    log.paused = True
+    log.believed(seen)
+    log.paused = False
+    log.poll()
+    entries = list(DecisionLog(str(path)).entries(['joint_belief', 'table_goal']))
+    assert [entry.kind for entry in entries] == ['joint_belief', 'joint_belief', 'table_goal']
+    last = entries[1].data
+    assert last['objects'] == list(stopped.objects)
+    assert last['start'] == [None if x is None else x.name for x in stopped.start]
+    assert last['changes'][0] == [['RIGHT', None, None], stopped.changes[0][1]]
+    assert last['marginals'] == stopped.marginals.tolist()
+    assert line(entries[0]).endswith(f'{seen.sentence} 1 events, p-value {seen.p_value:.2g}')

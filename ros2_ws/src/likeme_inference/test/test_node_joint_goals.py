@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from graph import LATCHED, Graph
 from likeme_core.paper_world import LEFT, RIGHT, WORLD
 from likeme_core.ros.time import time_msg
 from likeme_core.tabletop import Manner
+from likeme_inference.experience.decision_log import LOG_FILE, DecisionLog
+from likeme_inference.log_story import DecisionStory
 from likeme_inference.session_inputs import InputKind, read_attempt, read_heard
 from likeme_inference.tabletop.attempts import Attempt as Event
 from likeme_inference.tabletop.attempts import Stopped
@@ -130,8 +133,9 @@ def test_a_joint_goal_is_imitated_act_by_act(tmp_path: Path) -> None:
         decisions = graph.collect(Decision, 'decision', LATCHED)
         outcomes = graph.collect(Outcome, 'outcome', 10)
         heard = graph.collect(Heard, 'heard', 100)
-        first = camera.stamp
-        graph.until(lambda: camera.stamp > first + 5 * TICK, 10, 'table states')
+        graph.until(lambda: len(heard) > 5, 20, 'a node that hears')
+        # The person stops when both acts have been taken in, however late that is.
+        camera.stop()
         for name in ('lemon', 'chicken'):
             camera.states[name] = int(LEFT)
             certain = {'x_i_probability': [0.0, 1.0, 0.0], 'x_f_probability': [1.0, 0.0, 0.0]}
@@ -141,7 +145,9 @@ def test_a_joint_goal_is_imitated_act_by_act(tmp_path: Path) -> None:
                     x_f=LEFT, **certain,
                 )
             )  # fmt: skip
-        graph.until(lambda: beliefs and beliefs[-1].stopped, 20, 'the stop')
+        graph.until(lambda: beliefs and beliefs[-1].events == 2, 20, 'a belief after both')
+        camera.go_on()
+        graph.until(lambda: beliefs[-1].stopped, 20, 'the stop')
         assert decisions == []
         camera.states |= {'lemon': int(RIGHT), 'chicken': int(RIGHT)}
         graph.until(lambda: len(outcomes) == 1, 20, 'the outcome of the first act')
@@ -162,3 +168,14 @@ def test_a_joint_goal_is_imitated_act_by_act(tmp_path: Path) -> None:
     assert isinstance(goal, TableGoal)
     assert [each.object for each in goal.goals] == ['lemon', 'chicken']
     assert time_msg(goal.demonstration) == push.demonstration == beliefs[-1].demonstration
+    place = tmp_path / 'state' / f'domain_{graph.domain}' / LOG_FILE
+    with closing(DecisionLog(str(place), create=False)) as log:
+        written = [entry.data for entry in log.entries(['joint_belief'])]
+        kinds = [entry.kind for entry in log.entries(['joint_belief', 'table_goal', 'decision'])]
+        story = [entry.kind for entry in DecisionStory(log, push.id).entries()]
+        assert not log.verify().problem
+    assert [each['stopped'] for each in written] == [False, False, True]
+    np.testing.assert_array_equal(np.ravel(written[-1]['marginals']), beliefs[-1].marginals)
+    assert [each['sentence'] for each in written][-1] == beliefs[-1].sentence
+    assert kinds[:5] == ['joint_belief'] * 3 + ['table_goal', 'decision']
+    assert story[:5] == kinds[:5]

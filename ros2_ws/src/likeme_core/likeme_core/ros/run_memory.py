@@ -41,9 +41,21 @@ def keep_parameters(node: Node, settings: Mapping[str, Setting]) -> None:
     kept = {name for name, setting in settings.items() if setting.kept and not setting.read_only}
     before = {name: value for name, value in memory.parameters.items() if name in kept}
     if before:
-        node.set_parameters([Parameter(name, value=value) for name, value in before.items()])
-        told = ', '.join(f'{name} = {value!r}' for name, value in before.items())
-        node.get_logger().info(f'Started again in the same run, with what was set in it: {told}.')
+        results = node.set_parameters([Parameter(n, value=value) for n, value in before.items()])
+        taken = []
+        for (name, value), result in zip(before.items(), results, strict=True):
+            if result.successful:
+                taken.append(f'{name} = {value!r}')
+            else:
+                now = node.get_parameter(name).value
+                node.get_logger().warning(
+                    f'{name} is {now!r}: {value!r}, as set in this run, is refused: '
+                    f'{result.reason}'
+                )
+        if taken:
+            node.get_logger().info(
+                f'Started again in the same run, with what was set in it: {", ".join(taken)}.'
+            )
 
     def keep(changes: list[Parameter]) -> None:
         new = {change.name: _plain(change.value) for change in changes if change.name in kept}

@@ -31,10 +31,20 @@ class JointGoalBeliefs:
 
     def __init__(
         self, node: Node, world: World, observer: JointObserver, health: SessionDiagnostics,
-        stopped: Callable[[TableGoal], None],
+        believed: Callable[[JointBelief], None], stopped: Callable[[TableGoal], None],
     ) -> None:  # fmt: skip
-        """stopped: takes the goal of a person who has stopped."""
-        self.observer, self.receiving, self._stopped = observer, False, stopped
+        """Publish and subscribe.
+
+        Args:
+            node: that does it.
+            world: of the messages.
+            observer: see above.
+            health: counts attempts.
+            believed: takes each belief before it is published.
+            stopped: takes the goal of a person who has stopped.
+        """
+        self.observer, self.receiving = observer, False
+        self._believed, self._stopped = believed, stopped
         self._world, self._health, self._logger = world, health, node.get_logger()
         self._refusal = ''
         self._publisher = node.create_publisher(JointGoalBelief, 'joint_goal_belief', LATCHED)
@@ -62,6 +72,7 @@ class JointGoalBeliefs:
 
     def _publish(self, beliefs: list[JointBelief]) -> None:
         for belief in beliefs:
+            self._believed(belief)
             self._publisher.publish(joint_belief_msg(self._world, belief))
             self._logger.info(belief.sentence)
             goal = table_goal(belief, self.observer.settings.stop_delay)
