@@ -25,7 +25,15 @@ from likeme_bags.values import Record
 from likeme_core.ros.time import time_msg
 from likeme_core.stamps import SECOND
 from likeme_core.world import load_world
-from likeme_msgs.msg import Decision, GoalBelief, ObjectState, Outcome, TableState, UnknownObject
+from likeme_msgs.msg import (
+    Decision,
+    GoalBelief,
+    JointGoalBelief,
+    ObjectState,
+    Outcome,
+    TableState,
+    UnknownObject,
+)
 from likeme_msgs.msg import World as WorldMsg
 
 for _name in ('rerun', 'rerun_cli'):
@@ -196,6 +204,11 @@ def test_tables_and_events_are_shown_as_they_were_recorded(tmp_path: Path) -> No
     choice = Decision(header=header(1), kind=1, success_probability=[0.1, 0.4], sentence='I ask.',
                       predicted_success=0.4, threshold=0.5, **common,
                       **{name: [0.5] for name in arrays})  # fmt: skip
+    wanted = JointGoalBelief(
+        header=header(1), world=WORLD.label, objects=['pear', 'lemon', 'chicken'],
+        marginals=[0.7, 0.1, 0.0, 0.2, *[0.25] * 8], sentence='I believe pear LEFT.',
+        probability=[1.0], description=['pear LEFT'], changes=[0, 255, 255],
+    )  # fmt: skip
     unseen = Outcome(header=header(2), result=2, sentence='Not seen.', **common)
     file, scene = written(
         tmp_path / 'a.rrd',
@@ -203,10 +216,11 @@ def test_tables_and_events_are_shown_as_they_were_recorded(tmp_path: Path) -> No
         record('goal_belief', belief),
         record('decision', choice),
         record('outcome', unseen),
+        record('joint_goal_belief', wanted),
         Record('/table_state', TOPICS['table_state'], 0, b'\0\1\0\0nonsense'),
         Record('/chatter', 'std_msgs/msg/String', 0, b''),
     )
-    assert (scene.shown, scene.unreadable, scene.other_world) == (7, 1, '')
+    assert (scene.shown, scene.unreadable, scene.other_world) == (8, 1, '')
     rows = file.rows('states/pear')
     assert [row.stamp for row in rows] == [START + n * SECOND for n in (0, 2, 3)]
     assert rows[1].values['scalars'] == pytest.approx([1 / 3] * 3)
@@ -214,11 +228,16 @@ def test_tables_and_events_are_shown_as_they_were_recorded(tmp_path: Path) -> No
     assert labels == ['pear LEFT 0.90', 'pear UNKNOWN (not seen now)', 'pear LEFT 0.90']
     assert file.rows('cell/unknown_objects')[-1].values['labels'] == ['unknown_1']
     assert file.rows('beliefs/pear')[0].values['scalars'] == pytest.approx([0.2, 0.7, 0.1])
+    assert file.rows('joint_beliefs/pear')[0].values['scalars'] == pytest.approx(
+        [0.7, 0.1, 0, 0.2]
+    )
+    assert file.static('joint_beliefs/pear')['names'][-1] == 'P(pear need not change)'
     assert file.rows('decisions/pear')[0].values['scalars'] == [0.4, 0.5]
     levels = {row.values['text'][0]: row.values['level'][0] for row in file.rows('story')}
     assert levels == {
         'Goal of the pear: P(G | x_i, x_f) = LEFT 0.20, RIGHT 0.70, OFFTABLE 0.10.': 'INFO',
-        'I ask.': 'WARN', 'Not seen.': 'WARN', 'A hand is in view.': 'INFO',
+        'I believe pear LEFT.': 'INFO', 'I ask.': 'WARN', 'Not seen.': 'WARN',
+        'A hand is in view.': 'INFO',
         'All states are UNKNOWN: image too dark.': 'WARN',
     }  # fmt: skip
 

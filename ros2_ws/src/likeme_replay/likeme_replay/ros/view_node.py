@@ -19,7 +19,9 @@ from likeme_replay.viewer.message_scene import TOPICS, WORLD
 
 #: Latched topics, with how many messages a late subscriber needs: tf_static has one publisher for
 #: the arm and one for the camera.
-_LATCHED = {'robot_description': 1, 'tf_static': 20, 'goal_belief': 1, 'decision': 1, 'outcome': 1}
+_LATCHED = {'robot_description': 1, 'tf_static': 20} | dict.fromkeys(
+    ('goal_belief', 'joint_goal_belief', 'decision', 'outcome'), 1
+)
 _BEST_EFFORT = (COLOUR, DEPTH, INFO, 'joint_states')
 _DEPTH = 10
 

@@ -21,11 +21,12 @@ from likeme_replay.message_definitions import definitions
 from likeme_replay.viewer.scene import Scene
 from likeme_replay.viewer.seen_table import of_message
 
-TABLE_STATE, WORLD = 'table_state', 'world'
+TABLE_STATE, WORLD, JOINT_BELIEF = 'table_state', 'world', 'joint_goal_belief'
 #: Topics that are shown, with their types.
 TOPICS: Mapping[str, str] = {
     COLOUR: IMAGE, DEPTH: IMAGE, INFO: CAMERA_INFO,
     TABLE_STATE: 'likeme_msgs/msg/TableState', WORLD: 'likeme_msgs/msg/World',
+    JOINT_BELIEF: 'likeme_msgs/msg/JointGoalBelief',
     'robot_description': 'std_msgs/msg/String', 'joint_states': 'sensor_msgs/msg/JointState',
     'tf_static': 'tf2_msgs/msg/TFMessage',
     **{topic: kind for topic, (_, kind) in decision_log.TOPICS.items()},
@@ -49,6 +50,7 @@ class MessageScene:
         self._receivers: dict[str, Callable[[Any], None]] = {
             COLOUR: self._on_colour, DEPTH: self._on_depth, INFO: self._on_info,
             TABLE_STATE: self._on_table, WORLD: self._on_world,
+            JOINT_BELIEF: self._on_joint_belief,
             'robot_description': self._on_description, 'joint_states': self._on_joints,
             'tf_static': self._on_frames,
             **{topic: partial(self._on_event, event, topic)
@@ -94,6 +96,19 @@ class MessageScene:
 
     def _on_world(self, message: Any) -> None:
         self._is_ours(label_of(message.name, message.digest))
+
+    def _on_joint_belief(self, message: Any) -> None:
+        if not self._is_ours(message.world):
+            return
+        size = len(self._world.states) + 1
+        flat = [float(p) for p in message.marginals]
+        marginals = {
+            name: flat[k * size : (k + 1) * size]
+            for k, name in enumerate(message.objects)
+            if len(flat) == size * len(message.objects)
+        }
+        stamp = stamp_ns(message.header.stamp)
+        self._scene.story.show_joint_belief(stamp, marginals, message.sentence)
 
     def _on_event(self, event: LogEvent, topic: str, message: Any) -> None:
         if self._is_ours(message.world):

@@ -60,6 +60,7 @@ def layout(world: World) -> rrb.Blueprint:
     plots = [
         plot(origin='beliefs', name='Goal posterior', axis_y=probability),
         plot(origin='decisions', name='Predicted success', axis_y=probability),
+        plot(origin='joint_beliefs', name='Goals of the whole table', axis_y=probability),
         plot(origin='success', name='Success of each action', axis_y=probability),
         plot(origin='joints', name='Joints (rad, m)'),
     ]

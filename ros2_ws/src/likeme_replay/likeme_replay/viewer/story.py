@@ -21,12 +21,13 @@ from likeme_replay.viewer.scene_stream import Pace, SceneStream
 STORY = 'story'
 _INFO, _WARNING = rr.TextLogLevel.INFO, rr.TextLogLevel.WARN
 _SUCCESS_COLOUR, _THRESHOLD_COLOUR = (90, 200, 120), (235, 95, 95)
+_ANYWHERE_COLOUR = (150, 150, 150)
 #: ns between two points of a plot while its value holds.
 _HOLD_PERIOD = SECOND
 
 
 class Story:
-    """Logs `story`, `beliefs/OBJECT`, `success/OBJECT` and `decisions/OBJECT`."""
+    """Logs `story`, `beliefs`, `joint_beliefs`, `success` and `decisions`, each by OBJECT."""
 
     def __init__(self, stream: SceneStream, world: World) -> None:
         self._stream, self._world = stream, world
@@ -40,6 +41,8 @@ class Story:
         action_colours = [PALETTE[k % len(PALETTE)] for k in range(len(actions))]
         for name in world.objects:
             self._plot(f'beliefs/{name}', [f'P({name} {s})' for s in states], state_colours)
+            goals = [*(f'P({name} {s})' for s in states), f'P({name} need not change)']
+            self._plot(f'joint_beliefs/{name}', goals, [*state_colours, _ANYWHERE_COLOUR])
             self._plot(f'success/{name}', [f'{name} {a}' for a in actions], action_colours)
             labels = [f'{name}: predicted success', 'threshold']
             self._plot(f'decisions/{name}', labels, [_SUCCESS_COLOUR, _THRESHOLD_COLOUR])
@@ -53,6 +56,17 @@ class Story:
             LogEvent.OUTCOME: self._show_outcome,
         }[entry.event]
         show(entry.stamp, entry.fields)
+
+    def show_joint_belief(
+        self, stamp: int, marginals: Mapping[str, list[float]], sentence: str
+    ) -> None:
+        """Show what is wanted of all objects.
+
+        marginals: of each object P(region), and P(it need not change) last.
+        """
+        for name, wanted in marginals.items():
+            self._add(stamp, f'joint_beliefs/{name}', wanted)
+        self._say(stamp, sentence, _INFO)
 
     def show_view(self, stamp: int, hand_in_view: bool, reason: str) -> None:
         """Say when a hand comes or leaves, and when frames begin or cease to tell anything.
