@@ -31,6 +31,13 @@ while [[ ${1:-} =~ ^--(fast|coverage|extras|noble)$ ]]; do
   shift
 done
 cd "$here/.."
+for word in "$@"; do
+  # Two files at a time, pytest says of it that no tests ran.
+  if [[ ${word%%::*} == *.py && ! -e ${word%%::*} ]]; then
+    echo "test.sh: Expected a file of tests below $PWD, got ${word%%::*}, which does not exist." >&2
+    exit 2
+  fi
+done
 if [[ " $*" == *" -"* ]]; then
   "$here/setup.sh"
   # pytest would say it in four lines, with a name of its own. --markers reads all options and runs nothing.

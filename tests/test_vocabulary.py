@@ -153,6 +153,11 @@ def test_a_scripts_help_names_every_option(
     ('script', 'words', 'said'),
     [
         ('test.sh', ('--fast', '--nope'), 'Expected options of pytest, got --nope.'),
+        (
+            'test.sh',
+            ('tests/nope.py::test_a',),
+            f'Expected a file of tests below {ROOT}, got tests/nope.py, which does not exist.',
+        ),
         ('docs.sh', ('--nope',), 'Expected an option of mkdocs build, got --nope.'),
     ],
 )
