@@ -300,7 +300,9 @@ def test_a_question_is_answered_once_by_service_or_script(cell: LiveCell) -> Non
         (),
     )
     (answered,) = operators(cell, ('answer', str(number), 'skip', '--by', 'Ada'))
-    second, late = cell.ask(**good), cell.ask(**good | {'request_id': number + 1})
+    # As a client that got no response, and as another operator.
+    same, second = cell.ask(**good), cell.ask(**good | {'answered_by': 'Bob'})
+    late = cell.ask(**good | {'request_id': number + 1})
     (again,) = operators(cell, ('answer', str(number), 'done'))
     cell.graph.until(lambda: cell.outcomes, 10, 'an outcome')
 
@@ -329,6 +331,7 @@ def test_a_question_is_answered_once_by_service_or_script(cell: LiveCell) -> Non
     assert answered[1] == (
         f'Request {number}, pear: skipped, push_left is not tried (answered by Ada).\n'
     )
+    assert (same.success, f'{same.message}\n') == (True, answered[1])
     assert (second.success, late.success) == (False, False)
     assert 'answered already: SKIP by Ada' in second.message
     assert 'Nothing is pending' in late.message

@@ -21,6 +21,7 @@ class RunMemory:
     """What was set on one node, kept in a file that is replaced as a whole.
 
     Attributes:
+        run: name of the run; empty: none, and nothing is kept.
         parameters: name -> value of the parameters that were set.
         inactive: whether the node was deactivated.
     """
@@ -34,11 +35,11 @@ class RunMemory:
             run: name of the run; None: that of the environment.
         """
         self._folder, self._name = folder, f'{node}_in_run.json'
-        self._run = os.environ.get(RUN_VARIABLE, '') if run is None else run
+        self.run = os.environ.get(RUN_VARIABLE, '') if run is None else run
         self.parameters: dict[str, Any] = {}
         self.inactive = False
-        kept = self._read() if self._run else {}
-        if kept and kept['run'] == self._run:
+        kept = self._read() if self.run else {}
+        if kept and kept['run'] == self.run:
             self.parameters = dict(kept['parameters'])
             self.inactive = bool(kept['inactive'])
 
@@ -48,9 +49,9 @@ class RunMemory:
         Raises:
             OSError: it cannot be written.
         """
-        if not self._run:
+        if not self.run:
             return
-        kept = {'run': self._run, 'parameters': self.parameters, 'inactive': self.inactive}
+        kept = {'run': self.run, 'parameters': self.parameters, 'inactive': self.inactive}
         path = self._folder() / self._name
         new = path.with_suffix('.new')
         new.write_text(json.dumps(kept), encoding='utf-8')

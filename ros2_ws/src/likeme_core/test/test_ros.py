@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import subprocess
 import sys
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -240,3 +242,17 @@ def test_bad_parameters_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> Non
         with run("raise ValueError('Expected 1, got 2.')") as process:
             out, _ = process.communicate(timeout=60)
     assert (process.returncode, out) == (os.EX_CONFIG, 'busy does not start: Expected 1, got 2.\n')
+
+
+def test_a_node_with_parameters_is_not_kept_alive(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(RUN_VARIABLE, 'a')
+    with domain_id() as domain:
+        rclpy.init(domain_id=domain)
+        node = rclpy.create_node('test_parameters')
+        parameters.declare(node, SETTINGS)
+        gone = weakref.ref(node)
+        node.destroy_node()
+        del node
+        gc.collect()
+        rclpy.try_shutdown()
+    assert gone() is None

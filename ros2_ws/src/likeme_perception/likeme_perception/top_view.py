@@ -15,6 +15,9 @@ _STEEPEST = float(np.radians(65.0))
 # From this ratio of width to length on the principal axes do not tell how an object lies: those of
 # a cube are anywhere. Its sides are looked for in so many directions of a quarter turn.
 _SQUARE, _DIRECTIONS = 0.85, 30
+# It has sides if the largest rectangle around it has so many times the area of the smallest: of a
+# square it has twice, of a disc once.
+_SIDED = 1.4
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,8 @@ def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
     )
     yaw = float(np.arctan2(major[1], major[0]))
     if min(length, width) > _SQUARE * max(length, width):
-        yaw = _side(some[:, :2] - centre)
+        side = _side(some[:, :2] - centre)
+        yaw = yaw if side is None else side
     yaw = yaw - np.pi if yaw > np.pi / 2 else yaw + np.pi if yaw <= -np.pi / 2 else yaw
     return Shape(
         (float(centre[0]), float(centre[1]), float(blob.xyz[2].mean())),
@@ -93,14 +97,20 @@ def shape_of(blob: Blob, cell_size: float = 0.005) -> Shape:
     )
 
 
-def _side(xy: NDArray[np.float64]) -> float:
-    """Direction (rad) of the longer side of the smallest rectangle around points (N, 2)."""
+def _side(xy: NDArray[np.float64]) -> float | None:
+    """Direction (rad) of the longer side of the smallest rectangle around points (N, 2).
+
+    None: it has no sides.
+    """
     angles = np.arange(2 * _DIRECTIONS) * (np.pi / 2 / _DIRECTIONS)
     along = np.sort(xy @ np.stack([np.cos(angles), np.sin(angles)]), axis=0)
     trimmed = len(xy) // 100
     extent = along[len(xy) - 1 - trimmed] - along[trimmed]
     first, second = extent[:_DIRECTIONS], extent[_DIRECTIONS:]
-    best = int((first * second).argmin())
+    area = first * second
+    best = int(area.argmin())
+    if area.max() < _SIDED * area[best]:
+        return None
     return float(angles[best if first[best] >= second[best] else best + _DIRECTIONS])
 
 

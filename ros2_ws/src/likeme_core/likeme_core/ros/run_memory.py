@@ -11,9 +11,9 @@ from weakref import WeakKeyDictionary
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from likeme_core.ros.state_folder import state_folder_of
 from likeme_core.run_memory import RunMemory
 from likeme_core.settings import Setting
+from likeme_core.state_folder import state_folder
 
 _MEMORIES: WeakKeyDictionary[Node, RunMemory] = WeakKeyDictionary()
 
@@ -21,7 +21,9 @@ _MEMORIES: WeakKeyDictionary[Node, RunMemory] = WeakKeyDictionary()
 def memory_of(node: Node) -> RunMemory:
     """What the run has kept of a node."""
     if node not in _MEMORIES:
-        _MEMORIES[node] = RunMemory(partial(state_folder_of, node), node.get_name())
+        # Without the node, which would else be kept for ever.
+        folder = partial(state_folder, node.context.get_domain_id(), node.get_namespace())
+        _MEMORIES[node] = RunMemory(folder, node.get_name())
     return _MEMORIES[node]
 
 
@@ -38,6 +40,8 @@ def save(node: Node, what: str) -> None:
 def keep_parameters(node: Node, settings: Mapping[str, Setting]) -> None:
     """Set declared parameters as they were set in this run, and keep what is set from now on."""
     memory = memory_of(node)
+    if not memory.run:
+        return
     kept = {name for name, setting in settings.items() if setting.kept and not setting.read_only}
     before = {name: value for name, value in memory.parameters.items() if name in kept}
     if before:
