@@ -105,10 +105,11 @@ def belief_lines(belief: TableBelief, width: int, height: int) -> list[str]:
     head = f'the person acts ({belief.acts} so far); wanted:'
     foot = ['none of these, by what was done'] if belief.none_of_these else []
     size = max(4, width // 4)
-    goals = [
-        f'{words:{width - size - 6}.{width - size - 6}} {bar(p, size)}{short(p)}'
-        for words, p in belief.goals
+    room = width - size - 6
+    named = [
+        (words if len(words) <= room else f'{words[: room - 1]}…', p) for words, p in belief.goals
     ]
+    goals = [f'{words:{room}} {bar(p, size)}{short(p)}' for words, p in named]
     return [line[:width] for line in (head, *goals[: height - 1 - len(foot)], *foot)]
 
 

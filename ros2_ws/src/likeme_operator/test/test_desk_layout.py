@@ -90,12 +90,17 @@ def test_what_an_operator_needs_is_there(view: DeskView) -> None:
 
 
 def test_while_a_person_acts_the_goals_of_the_table_are_shown(view: DeskView) -> None:
-    goals = (('the pear LEFT, the lemon RIGHT', 0.62), ('the pear LEFT', 0.3))
+    goals = (('the pear LEFT, the lemon RIGHT, the chicken LEFT', 0.62), ('the pear LEFT', 0.3))
     wanted = (('pear', (('LEFT', 0.92), (ANYWHERE, 0.08))),)
     belief = TableBelief(goals, wanted, False, False, 3, 'I believe it.', age=1.0)
     acts = replace(view, believed=belief)
     text = '\n'.join(desk_lines(acts, WORLD, DeskState(QUESTION), '12:00:00', 80, 24))
-    for words in ('the person acts (3 so far)', 'the pear LEFT', '.62', '── what is wanted'):
+    for words in (
+        'the person acts (3 so far)',
+        'the pear LEFT, the lemon R…',
+        '.62',
+        '── what is wanted',
+    ):
         assert words in text, words
     assert 'ASKS' not in text.partition('── what if')[0]
     past = desk_lines(acts, WORLD, DeskState(QUESTION, selected=4), '12:00:00', 80, 24)
