@@ -60,6 +60,20 @@ class JointBelief:
     sentence: str
 
 
+def marginals_by_object(
+    objects: Sequence[str], marginals: Sequence[float], states: int
+) -> dict[str, list[float]]:
+    """`marginals` of a message by object: P of each of `states` regions, then of "don't care".
+
+    Empty if there are not so many for each object.
+    """
+    size = states + 1
+    if len(marginals) != size * len(objects):
+        return {}
+    flat = [float(p) for p in marginals]
+    return {name: flat[k * size : (k + 1) * size] for k, name in enumerate(objects)}
+
+
 def belief_record(belief: JointBelief, world: World) -> dict[str, Any]:
     """What the decision log has of a belief, as JSON values; states by their names."""
     return {

@@ -10,6 +10,7 @@ from likeme_core.ros.time import stamp_ns
 from likeme_core.ros.world import WorldNames
 from likeme_core.tabletop import Manner
 from likeme_core.world.values import UNKNOWN
+from likeme_inference.joint_belief import marginals_by_object
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import (
@@ -80,13 +81,12 @@ def shown_act(msg: Demonstration, names: WorldNames, age: float) -> ShownAct:
 def table_belief(msg: JointGoalBelief, names: WorldNames, age: float) -> TableBelief:
     """A joint belief that came `age` s ago."""
     regions = (*names.states, ANYWHERE)
-    marginals = list(msg.marginals)
-    each = [marginals[k : k + len(regions)] for k in range(0, len(marginals), len(regions))]
+    marginals = marginals_by_object(msg.objects, msg.marginals, len(names.states))
     return TableBelief(
         goals=tuple(zip(msg.description, msg.probability, strict=False)),
         wanted=tuple(
-            (name, tuple(sorted(zip(regions, p, strict=False), key=lambda pair: -pair[1])))
-            for name, p in zip(msg.objects, each, strict=False)
+            (name, tuple(sorted(zip(regions, p, strict=True), key=lambda pair: -pair[1])))
+            for name, p in marginals.items()
         ),
         over=msg.stopped,
         none_of_these=msg.none_of_these,

@@ -27,12 +27,7 @@ from likeme_operator.operator_node import ServiceAbsentError
 from likeme_operator.panels import belief_page, history_lines
 from likeme_operator.resume_notice import NOTHING, resume_notice
 from likeme_operator.screen.confirmation import Confirmation, Readings
-from likeme_operator.screen.pages import (
-    HELP,
-    Page,
-    health_lines,
-    why_page,
-)
+from likeme_operator.screen.pages import HELP, Page, health_lines, why_page
 from likeme_operator.what_if import Alternative, WhatIf
 
 #: s between two looks at what was heard.

@@ -14,6 +14,7 @@ from likeme_bags.values import Record
 from likeme_core.stamps import stamp_ns
 from likeme_core.world import World
 from likeme_core.world.values import label_of
+from likeme_inference.joint_belief import marginals_by_object
 from likeme_perception.frame_reader import colour_of, depth_of, intrinsics_of
 from likeme_replay import decision_log
 from likeme_replay.decision_log import LogEvent, entry_of_message
@@ -100,13 +101,8 @@ class MessageScene:
     def _on_joint_belief(self, message: Any) -> None:
         if not self._is_ours(message.world):
             return
-        size = len(self._world.states) + 1
-        flat = [float(p) for p in message.marginals]
-        marginals = {
-            name: flat[k * size : (k + 1) * size]
-            for k, name in enumerate(message.objects)
-            if len(flat) == size * len(message.objects)
-        }
+        states = len(self._world.states)
+        marginals = marginals_by_object(message.objects, message.marginals, states)
         stamp = stamp_ns(message.header.stamp)
         self._scene.story.show_joint_belief(stamp, marginals, message.sentence)
 
