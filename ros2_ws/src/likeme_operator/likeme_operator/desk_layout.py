@@ -72,7 +72,7 @@ def desk_lines(
     if acting is None:
         why = why_lines(view, right, middle)
     else:
-        why, what = belief_lines(acting, right, middle), 'what is wanted'
+        why, what = belief_lines(acting, view.attempted, right, middle), 'what is wanted'
     rows = [
         header_line(view, clock, width),
         alarm_line(view, state.question, width),

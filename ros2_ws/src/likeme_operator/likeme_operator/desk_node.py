@@ -10,6 +10,7 @@ from datetime import datetime
 from typing import Any
 
 from rclpy.parameter_client import AsyncParameterClient
+from std_msgs.msg import Header
 
 from likeme_bringup.cell_status import MotionPermission, node_statuses
 from likeme_core.heartbeats import HOLD_TIMEOUT
@@ -19,6 +20,7 @@ from likeme_core.world import World, load_world
 from likeme_core.world.values import label_of
 from likeme_inference.ros.decision_records import DecisionRecordSubscriber
 from likeme_msgs.msg import (
+    Attempt,
     Decision,
     Demonstration,
     HelpRequest,
@@ -33,6 +35,7 @@ from likeme_operator.desk_view import (
     OpenQuestion,
     SeenTable,
     ShownAct,
+    ShownAttempt,
     TableBelief,
 )
 from likeme_operator.history import History
@@ -45,9 +48,12 @@ from likeme_operator.ros.views_of_messages import (
     recorded_act,
     seen_table,
     shown_act,
+    shown_attempt,
     table_belief,
 )
 
+#: What has the label of its world.
+WorldMessage = TableState | Demonstration | Attempt | JointGoalBelief
 #: s between two requests for the open questions that no event causes.
 LOOK_PERIOD = 1.0
 #: Table states from which the camera's rate is told.
@@ -59,8 +65,9 @@ class DeskNode(OperatorNode):
     """Keeps the newest message of what the screen shows.
 
     Subscribes, beside those of OperatorNode and EventStream:
-        table_state (TableState), demonstration (Demonstration), joint_goal_belief
-        (JointGoalBelief), decision (Decision), decision_record (String)
+        table_state (TableState), demonstration (Demonstration), attempt (Attempt),
+        joint_goal_belief (JointGoalBelief), decision (Decision), decision_record (String)
+    Of another world than the topic `world` tells, these are a problem and not shown.
 
     Attributes:
         history: decisions and how they ended.
@@ -77,7 +84,8 @@ class DeskNode(OperatorNode):
         self._table: TableState | None = None
         self._frames: deque[float] = deque(maxlen=RATED)
         self._shown: tuple[Demonstration, float] | None = None
-        self._believed: tuple[JointGoalBelief, float] | None = None
+        self._believed: JointGoalBelief | None = None
+        self._attempted: Attempt | None = None
         self._decisions: dict[int, Decision] = {}
         self._made: dict[tuple[int, bool], MadeDecision] = {}
         self._pending: list[HelpRequest] = []
@@ -88,6 +96,7 @@ class DeskNode(OperatorNode):
         self._records = DecisionRecordSubscriber(self)
         self.create_subscription(TableState, 'table_state', self._on_table, 1)
         self.create_subscription(Demonstration, 'demonstration', self._on_demonstration, 10)
+        self.create_subscription(Attempt, 'attempt', self._on_attempt, 10)
         self.create_subscription(
             JointGoalBelief, 'joint_goal_belief', self._on_joint_belief, LATCHED
         )
@@ -140,8 +149,9 @@ class DeskNode(OperatorNode):
                 questions=tuple(self._question(request) for request in self._pending),
                 history=self.history.rows,
                 operators=self._operators,
-                problems=problems_of(bool(nodes), statuses, motion, table),
-                believed=self._table_belief(now),
+                problems=(*self._foreign(), *problems_of(bool(nodes), statuses, motion, table)),
+                believed=self._table_belief(),
+                attempted=self._attempt(),
             )
 
     def _on_table(self, msg: TableState) -> None:
@@ -155,7 +165,11 @@ class DeskNode(OperatorNode):
 
     def _on_joint_belief(self, msg: JointGoalBelief) -> None:
         with self._lock:
-            self._believed = msg, time.monotonic()
+            self._believed = msg
+
+    def _on_attempt(self, msg: Attempt) -> None:
+        with self._lock:
+            self._attempted = msg
 
     def _on_decision(self, msg: Decision) -> None:
         with self._lock:
@@ -232,7 +246,7 @@ class DeskNode(OperatorNode):
         return MotionPermission(False, f'held{by}')
 
     def _seen(self, now: float) -> SeenTable | None:
-        if self._table is None:
+        if self._table is None or not self._mine(self._table):
             return None
         return seen_table(self._table, self.names, now - self._frames[-1])
 
@@ -250,13 +264,38 @@ class DeskNode(OperatorNode):
         if self._shown is None:
             return None
         message, heard = self._shown
-        return shown_act(message, self.names, now - heard)
+        return shown_act(message, self.names, now - heard) if self._mine(message) else None
 
-    def _table_belief(self, now: float) -> TableBelief | None:
-        if self._believed is None:
+    def _table_belief(self) -> TableBelief | None:
+        message = self._believed
+        if message is None or not self._mine(message):
             return None
-        message, heard = self._believed
-        return table_belief(message, self.names, now - heard)
+        return table_belief(message, self.names, self._age(message.header))
+
+    def _attempt(self) -> ShownAttempt | None:
+        message = self._attempted
+        if message is None or not self._mine(message):
+            return None
+        return shown_attempt(message, self.names, self._age(message.header))
+
+    def _age(self, header: Header) -> float:
+        """By the camera's time, s: what a desk hears late, since it is latched, is old."""
+        stamp = stamp_ns(header.stamp)
+        return max(0.0, ((self._camera_time() or stamp) - stamp) / 1e9)
+
+    def _mine(self, message: WorldMessage) -> bool:
+        """Whether the numbers of a message are those of the cell's world."""
+        return self.names.message is None or message.world in ('', self._label())
+
+    def _foreign(self) -> list[str]:
+        """Of which other worlds messages come, a sentence each."""
+        shown = None if self._shown is None else self._shown[0]
+        messages = (self._table, shown, self._attempted, self._believed)
+        others = {m.world for m in messages if m is not None and not self._mine(m)}
+        return [
+            f'Messages of the world {other} are not shown, the cell is of {self._label()}.'
+            for other in sorted(others)
+        ]
 
     def _camera_time(self) -> int | None:
         """Stamp of the newest table state, ns."""

@@ -69,6 +69,26 @@ class ShownAct:
 
 
 @dataclass(frozen=True)
+class ShownAttempt:
+    """What a person does with one object, or did last.
+
+    Attributes:
+        manner: empty: it cannot be told.
+        towards: region that the object is moved towards; empty: it cannot be told.
+        x_f: where it ended; empty: it is under way.
+        age: of its last report, by the camera's time.
+    """
+
+    object: str
+    x_i: str
+    manner: str
+    manner_probability: float
+    towards: str
+    x_f: str
+    age: float
+
+
+@dataclass(frozen=True)
 class TableBelief:
     """What a person wants of all objects together, after each of the acts.
 
@@ -78,7 +98,7 @@ class TableBelief:
             where it need not change.
         over: whether the person has stopped.
         none_of_these: whether the acts show that the person has none of the goals.
-        age: since it was received.
+        age: of its last event, by the camera's time.
     """
 
     goals: tuple[tuple[str, float], ...]
@@ -198,6 +218,7 @@ class DeskView:
     operators: tuple[str, ...] = ()
     problems: tuple[str, ...] = ()
     believed: TableBelief | None = None
+    attempted: ShownAttempt | None = None
 
     @property
     def acting(self) -> TableBelief | None:

@@ -13,6 +13,7 @@ from likeme_operator.desk_view import (
     MadeDecision,
     OpenQuestion,
     SeenObject,
+    ShownAttempt,
     TableBelief,
 )
 from likeme_operator.table_plan import table_plan
@@ -100,9 +101,14 @@ def why_lines(view: DeskView, width: int, height: int) -> list[str]:
     return [line[:width] for line in lines]
 
 
-def belief_lines(belief: TableBelief, width: int, height: int) -> list[str]:
-    """What the person who acts wants, so far, of the whole table."""
-    head = f'the person acts ({belief.acts} so far); wanted:'
+def belief_lines(
+    belief: TableBelief, attempt: ShownAttempt | None, width: int, height: int
+) -> list[str]:
+    """What the person who acts does and wants, so far, of the whole table."""
+    head = [f'the person acts ({belief.acts} so far)']
+    if attempt is not None:
+        head.append(_attempt_line(attempt))
+    head.append('wanted:')
     foot = ['none of these, by what was done'] if belief.none_of_these else []
     size = max(4, width // 4)
     room = width - size - 6
@@ -110,7 +116,17 @@ def belief_lines(belief: TableBelief, width: int, height: int) -> list[str]:
         (words if len(words) <= room else f'{words[: room - 1]}…', p) for words, p in belief.goals
     ]
     goals = [f'{words:{room}} {bar(p, size)}{short(p)}' for words, p in named]
-    return [line[:width] for line in (head, *goals[: height - 1 - len(foot)], *foot)]
+    return [line[:width] for line in (*head, *goals[: height - len(head) - len(foot)], *foot)]
+
+
+def _attempt_line(attempt: ShownAttempt) -> str:
+    how = f' {attempt.manner}{short(attempt.manner_probability)}' if attempt.manner else ''
+    if not attempt.x_f:
+        return f'now: {attempt.object} {attempt.x_i}>{attempt.towards}?{how}'
+    tried = ''
+    if attempt.towards not in ('', attempt.x_f):
+        tried = f' (tried {attempt.towards})'
+    return f'{attempt.object} {attempt.x_i}>{attempt.x_f}{tried}{how}'
 
 
 def belief_page(belief: TableBelief | None) -> list[str]:

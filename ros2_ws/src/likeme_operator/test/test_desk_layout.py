@@ -22,6 +22,7 @@ from likeme_operator.desk_view import (
     QuestionKey,
     SeenObject,
     SeenTable,
+    ShownAttempt,
     TableBelief,
 )
 from likeme_operator.history import History
@@ -103,6 +104,16 @@ def test_while_a_person_acts_the_goals_of_the_table_are_shown(view: DeskView) ->
     ):
         assert words in text, words
     assert 'ASKS' not in text.partition('── what if')[0]
+    attempt = ShownAttempt('pear', 'RIGHT', 'place', 0.9, 'LEFT', '', 0.2)
+    for told, words in (
+        (attempt, 'now: pear RIGHT>LEFT? place .90'),
+        (replace(attempt, manner='', towards=''), 'now: pear RIGHT>?'),
+        (replace(attempt, x_f='LEFT'), 'pear RIGHT>LEFT place .90'),
+        (replace(attempt, x_f='RIGHT'), 'pear RIGHT>RIGHT (tried LEFT) place .90'),
+    ):
+        seen = replace(acts, attempted=told)
+        lines = desk_lines(seen, WORLD, DeskState(QUESTION), '12:00:00', 80, 24)
+        assert words in [line.rpartition('│ ')[2].strip() for line in lines]
     past = desk_lines(acts, WORLD, DeskState(QUESTION, selected=4), '12:00:00', 80, 24)
     assert '.40 < threshold .50: ASKS' in '\n'.join(past)
     for over in (replace(belief, over=True), replace(belief, age=60.0)):

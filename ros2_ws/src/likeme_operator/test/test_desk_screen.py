@@ -13,6 +13,9 @@ import pytest
 from fakes import Arm, Camera, make_request
 
 from graph import HOLD_KEEPER, Graph, NodeProcess
+from likeme_core.paper_world import WORLD
+from likeme_core.ros.time import time_msg
+from likeme_msgs.msg import Attempt, TableState
 
 for _name in ('textual', 'pyte'):
     pytest.importorskip(_name, reason=f'{_name}: scripts/operator.sh installs it')
@@ -107,6 +110,23 @@ def test_keys_before_a_question_are_not_its_answer(desk: Desk) -> None:
     told = f'Nothing was sent for question {number}. Request {number} was answered by Bob'
     desk.screen.shows(told)
     assert desk.arm.requests == []
+
+
+def test_an_act_under_way_and_another_world_s_messages(desk: Desk) -> None:
+    desk.screen.shows('MOTION ALLOWED', 20)
+    desk.screen.shows('no hand, no arm', 20)
+    attempts = desk.graph.publisher(Attempt, 'attempt')
+    act = Attempt(
+        object='pear', manner=0, manner_probability=0.9, direction=0, x_i=1, x_f=Attempt.UNKNOWN,
+        x_i_probability=[0.0, 1.0, 0.0], under_way=True, world=WORLD.label,
+    )  # fmt: skip
+    act.header.stamp = act.start = act.end = time_msg(desk.camera.stamp)
+    attempts.publish(act)
+    desk.screen.shows('now: pear RIGHT>LEFT? place .90')
+    desk.camera.stop()
+    desk.graph.publisher(TableState, 'table_state', 1).publish(TableState(world='other@1'))
+    desk.screen.shows('Messages of the world other@1 are not shown, the cell is of chung2015@')
+    desk.screen.shows('No table state was heard yet.')
 
 
 def test_the_inference_node_dies_under_an_open_dialog(desk: Desk) -> None:

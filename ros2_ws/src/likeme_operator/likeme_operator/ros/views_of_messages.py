@@ -14,6 +14,7 @@ from likeme_inference.joint_belief import marginals_by_object
 from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.values import Reply
 from likeme_msgs.msg import (
+    Attempt,
     Decision,
     Demonstration,
     HelpRequest,
@@ -30,6 +31,7 @@ from likeme_operator.desk_view import (
     SeenObject,
     SeenTable,
     ShownAct,
+    ShownAttempt,
     TableBelief,
 )
 from likeme_operator.what_if import WhatIf
@@ -78,8 +80,25 @@ def shown_act(msg: Demonstration, names: WorldNames, age: float) -> ShownAct:
     )
 
 
+def shown_attempt(msg: Attempt, names: WorldNames, age: float) -> ShownAttempt:
+    """An attempt whose last report is `age` s old."""
+
+    def state(number: int) -> str:
+        return '' if number == Attempt.UNKNOWN else names.state(number)
+
+    return ShownAttempt(
+        msg.object,
+        state(msg.x_i) or UNKNOWN,
+        Manner(msg.manner).name.lower() if msg.manner in set(Manner) else '',
+        msg.manner_probability,
+        state(msg.direction),
+        '' if msg.under_way else state(msg.x_f) or UNKNOWN,
+        age,
+    )
+
+
 def table_belief(msg: JointGoalBelief, names: WorldNames, age: float) -> TableBelief:
-    """A joint belief that came `age` s ago."""
+    """A joint belief whose last event is `age` s old."""
     regions = (*names.states, ANYWHERE)
     marginals = marginals_by_object(msg.objects, msg.marginals, len(names.states))
     return TableBelief(
