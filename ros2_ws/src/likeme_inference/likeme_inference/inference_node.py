@@ -238,6 +238,7 @@ class InferenceNode(ManagedNode):
         log.note_state(state)
         if restored.sentence:
             self.get_logger().info(restored.sentence)
+        self._joint_goals.take_up(restored.events)
         for answer in restored.answers:
             self._ask_human.desk.accept(answer)
         if restored.belief is not None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 from likeme_core.observations import ObservedAttempt
@@ -12,7 +12,7 @@ from likeme_core.world import World
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.goal_space import JointGoal
 from likeme_inference.tabletop.values import ObjectGoal, TableGoal
-from likeme_inference.value_json import to_json
+from likeme_inference.value_json import from_json, to_json
 
 #: Required changes that are told, the most probable first.
 MOST_TOLD = 10
@@ -21,7 +21,7 @@ _TIMES = {1: 'once', 2: 'twice'}
 
 @dataclass(frozen=True, eq=False)
 class JointBelief:
-    """The fields of likeme_msgs/JointGoalBelief.
+    """The fields of likeme_msgs/JointGoalBelief, and what another observer needs to go on.
 
     Attributes:
         stamp, frame: of the event, or of the table state in which the person had stopped.
@@ -40,6 +40,9 @@ class JointBelief:
         events: taken in.
         unexplained: of them, by no hypothesis.
         sentence: for people.
+        attempt: the event; None: the person has stopped.
+        person: P(kind of person), shape [person]: before the first event, and after the stop;
+            None: nothing is known before the first, and of the events between.
     """
 
     stamp: int
@@ -58,6 +61,21 @@ class JointBelief:
     events: int
     unexplained: int
     sentence: str
+    attempt: ObservedAttempt | None = None
+    person: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class ToldEvent:
+    """What a restarted observer reads of a logged belief; see the same fields of JointBelief."""
+
+    stamp: int
+    demonstration: int
+    stopped: bool
+    objects: tuple[str, ...]
+    start: tuple[State | None, ...]
+    attempt: ObservedAttempt | None
+    person: tuple[float, ...] | None
 
 
 def marginals_by_object(
@@ -94,7 +112,26 @@ def belief_record(belief: JointBelief, world: World) -> dict[str, Any]:
         'events': belief.events,
         'unexplained': belief.unexplained,
         'sentence': belief.sentence,
+        'attempt': to_json(belief.attempt),
+        'person': None if belief.person is None else belief.person.tolist(),
     }
+
+
+def told_events(records: Sequence[Mapping[str, Any]], world: World) -> tuple[ToldEvent, ...]:
+    """The events of the newest demonstration of some records; none of it in older logs.
+
+    records: see belief_record, oldest first.
+
+    Raises:
+        ValueError, KeyError, TypeError: one is not what was written.
+    """
+    newest = records[-1]['demonstration'] if records else None
+    names = [field.name for field in fields(ToldEvent)]
+    return tuple(
+        from_json(ToldEvent, {name: record[name] for name in names}, world)
+        for record in records
+        if record['demonstration'] == newest and 'attempt' in record
+    )
 
 
 def table_goal(belief: JointBelief, wait: float) -> TableGoal | None:

@@ -6,7 +6,7 @@ Time is the stamps of table states and attempts. No ROS, no clock, no thread.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy as np
 from likeme_core.observations import ObservedAttempt, TableSnapshot
 from likeme_core.tabletop import Manner, State
 from likeme_core.world import World
-from likeme_inference.joint_belief import MOST_TOLD, JointBelief, told
+from likeme_inference.joint_belief import MOST_TOLD, JointBelief, ToldEvent, told
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.attempts import Attempt, Stopped
 from likeme_inference.tabletop.goal_test import GoalTest, simulated_statistic
@@ -30,6 +30,8 @@ LEVEL, SIMULATED, SEED = 0.05, 500, 0
 _KEPT, _WAITING = 256, 20
 #: ns by which a stamp must go back for time to have begun anew (a bag, a new cell).
 _BACK = 1_000_000_000
+#: ns after the last act of a demonstration in which another observer goes on with it.
+_TAKEN_UP = 60_000_000_000
 
 
 @dataclass(frozen=True)
@@ -82,13 +84,16 @@ class JointObserver:
         self._open: str | None = None
         self._ended_meanwhile: list[ObservedAttempt] = []
         self._acted = self._last = 0
+        self._taken_up = False
         self._waiting: deque[ObservedAttempt] = deque(maxlen=_WAITING)
         self._tables: deque[tuple[int, Mapping[str, State]]] = deque(maxlen=_KEPT)
 
     def look(self, table: TableSnapshot) -> list[JointBelief]:
         """Take in a table state; the beliefs of attempts that waited for it, and of a stop."""
-        if table.stamp < self._last - _BACK:
+        late = self._taken_up and table.stamp > self._acted + _TAKEN_UP
+        if table.stamp < self._last - _BACK or late:
             self.restart()
+        self._taken_up = False
         self._prepare()
         if self._goals is None:
             return []
@@ -117,6 +122,43 @@ class JointObserver:
             self._waiting.append(attempt)
             return []
         return [] if self._goals is None else self._take(attempt)
+
+    def take_up(self, events: Sequence[ToldEvent]) -> JointBelief | None:
+        """Go on with the newest demonstration of an observer that is gone.
+
+        Not if the first table state comes more than a minute after its last act.
+
+        Args:
+            events: all of it, see joint_belief.told_events.
+
+        Returns:
+            The belief that the observer had; None: there is nothing to go on with.
+        """
+        self._prepare()
+        first = events[0] if events else None
+        goals = self._goals
+        if first is None or first.attempt is None or goals is None:
+            return None
+        # Of a demonstration that is too long for the log's reader the first events are missing.
+        if first.objects != goals.objects or first.attempt.stamp != first.demonstration:
+            return None
+        self.person = self._person(first)
+        start = zip(first.objects, first.start, strict=True)
+        self._remember(first.attempt.start - 1, {n: x for n, x in start if x is not None})
+        self._begin(first.attempt)
+        for event in events:
+            if event.attempt is not None:
+                self._event(event.attempt)
+        if events[-1].stopped:
+            self._stop(events[-1].stamp, first.attempt.frame)
+        self._last, self._taken_up = events[-1].stamp, True
+        return self.belief
+
+    def _person(self, first: ToldEvent) -> FloatArray | None:
+        assert self._goals is not None, 'People have goals.'
+        known = None if first.person is None else np.asarray(first.person)
+        same = known is not None and known.shape == self._goals.people_prior.shape
+        return known if same else None
 
     def _prepare(self) -> None:
         """Between two demonstrations: the hypothesis space, then its test, a little at a time."""
@@ -182,19 +224,20 @@ class JointObserver:
             self._remember(
                 seen.stamp, known if seen.x_f is None else known | {seen.object: seen.x_f}
             )
-        return self._believed(seen.stamp, seen.frame, False)
+        return self._believed(seen.stamp, seen.frame, seen)
 
     def _stop(self, stamp: int, frame: str) -> JointBelief:
         """End the demonstration; what it told of the person is kept."""
         assert self.watcher is not None, 'Only a demonstration ends.'
         self.watcher.see(Stopped())
-        belief = self._believed(stamp, frame, True)
+        belief = self._believed(stamp, frame, None)
         self.person, self.watcher = self.watcher.person, None
         self._open, self._ended_meanwhile = None, []
         return belief
 
-    def _believed(self, stamp: int, frame: str, stopped: bool) -> JointBelief:
-        watcher, goals = self.watcher, self._goals
+    def _believed(self, stamp: int, frame: str, event: ObservedAttempt | None) -> JointBelief:
+        """The belief after an event; None: after the stop."""
+        watcher, goals, stopped = self.watcher, self._goals, event is None
         assert watcher is not None, 'Beliefs are of a demonstration.'
         assert goals is not None, 'Beliefs are of goals.'
         changes = sorted(watcher.changes().items(), key=lambda item: -item[1])[:MOST_TOLD]
@@ -203,6 +246,7 @@ class JointObserver:
             none = self._test.rejects(watcher)
         else:
             none = watcher.p_value <= LEVEL
+        person = watcher.person if stopped else self.person if len(self._seen) == 1 else None
         self.belief = JointBelief(
             stamp=stamp,
             frame=frame,
@@ -228,6 +272,8 @@ class JointObserver:
                 changes[0][1],
                 none,
             ),
+            attempt=event,
+            person=person,
         )
         return self.belief
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from likeme_core.world import World
 from likeme_inference.help_requests import ANSWERS_KEPT, AcceptedAnswer
+from likeme_inference.joint_belief import ToldEvent, told_events
 from likeme_inference.session_log import ELSEWHERE, SessionLog
 from likeme_inference.tabletop.promise import WINDOW
 from likeme_inference.tabletop.session_state import Phase, SessionState
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from likeme_inference.experience.decision_log import DecisionLog, LogEntry
 
 T = TypeVar('T')
+#: Events of a demonstration that are taken up; of a longer one, none.
+EVENTS_KEPT = 256
 #: What is open in these phases.
 OPEN = {
     Phase.TURN: 'the turn that follows the demonstration of {demonstration}',
@@ -38,6 +41,7 @@ class Restored:
         motion: id of the request of the decision under way; empty: the arm was not asked yet.
         answers: the last ones.
         outcomes: the latest, oldest first, as many as calibration looks back to.
+        events: of the newest demonstration of joint goals.
         record: of the state's decision, see decision_record; None: there is no decision.
         sentence: what is restored; empty: nothing.
     """
@@ -49,6 +53,7 @@ class Restored:
     motion: str = ''
     answers: tuple[AcceptedAnswer, ...] = ()
     outcomes: tuple[Outcome, ...] = ()
+    events: tuple[ToldEvent, ...] = ()
     record: Mapping[str, Any] | None = None
     sentence: str = ''
 
@@ -139,6 +144,12 @@ class _Reader:
         read = (self._read(entry, of) for entry in entries)
         return tuple(value for value in read if value is not None)
 
+    def events(self) -> tuple[ToldEvent, ...]:
+        entries = self._log.entries(['joint_belief'], EVENTS_KEPT, self._own)
+        records = [entry.data for entry in entries]
+        own = [record for record in records if record['world'] == self._world.label]
+        return told_events(own, self._world)
+
     def _read(self, entry: LogEntry, of: type[T]) -> T | None:
         data = entry.data
         if data.pop('world') != self._world.label:
@@ -159,6 +170,7 @@ def _taken_up(there: _Reader, kept: Mapping[str, Any], decisions: int) -> Restor
         there.motion(acting) if acting else '',
         there.latest('answer', AcceptedAnswer, ANSWERS_KEPT),
         there.latest('outcome', Outcome, WINDOW),
+        there.events(),
         there.record(kept['decision']),
         _sentence(there.place, state),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
@@ -15,14 +16,14 @@ from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
 from likeme_core.tabletop import Manner, State
 from likeme_core.world import load_world
 from likeme_inference.experience.decision_log import DecisionLog
-from likeme_inference.joint_belief import JointBelief, table_goal
+from likeme_inference.joint_belief import JointBelief, belief_record, table_goal, told_events
 from likeme_inference.joint_observer import SIMULATED, JointObserver, JointSettings
 from likeme_inference.log_story import line
 from likeme_inference.session_log import SessionLog
 from likeme_inference.tabletop.attempts import Attempt, Stopped
 from likeme_inference.tabletop.joint_goals import JointGoals
 from likeme_inference.tabletop.model_file import shipped
-from likeme_inference.value_json import to_json
+from likeme_inference.value_json import to_json, to_text
 
 SECOND = 1_000_000_000
 START = {'pear': LEFT, 'lemon': LEFT, 'chicken': RIGHT}
@@ -291,6 +292,61 @@ def test_the_sentence_names_what_need_not_change() -> None:
     sentence = shown.beliefs[-1].sentence
     assert sentence.startswith('The person has stopped: I believe lemon RIGHT (0.')
     assert sentence.endswith(', and that the pear and the chicken need not change.')
+
+
+def taken_up(shown: Shown) -> Shown:
+    """Another observer, with what the log has of the first one's beliefs."""
+    records = [json.loads(to_text(belief_record(belief, WORLD))) for belief in shown.beliefs]
+    other = Shown()
+    other.observer = JointObserver(WORLD, MODEL, JointSettings())
+    other.time, other.states = shown.time, dict(shown.states)
+    belief = other.observer.take_up(told_events(records, WORLD))
+    other.beliefs = [] if belief is None else [belief]
+    return other
+
+
+def test_another_observer_goes_on() -> None:
+    first = Shown()
+    first.act(ended('pear', LEFT, RIGHT, 2.0))
+    first.wait(7.0)
+    first.act(under_way(ended('lemon', LEFT, LEFT, 10.0, direction=RIGHT)))
+    first.act(ended('lemon', LEFT, LEFT, 10.0, direction=RIGHT))
+    second = taken_up(first)
+    assert second.observer.watcher is not None
+    for shown in (first, second):
+        soft = replace(ended('lemon', LEFT, RIGHT, 13.0), x_f_probability=(0.1, 0.9, 0.0))
+        shown.act(soft)
+        shown.wait(6.0)
+    third = taken_up(first)
+    assert third.observer.watcher is None
+    for shown in (first, third):
+        shown.act(ended('pear', RIGHT, LEFT, 22.0))
+    assert (len(second.beliefs), len(third.beliefs)) == (3, 2)
+    for here, there in zip(
+        (*first.beliefs[3:6], *first.beliefs[5:]), (*second.beliefs, *third.beliefs), strict=True
+    ):
+        np.testing.assert_array_equal(here.marginals, there.marginals)
+        assert (here.p_value, here.start, here.sentence) == (
+            there.p_value,
+            there.start,
+            there.sentence,
+        )
+
+
+def test_what_cannot_be_taken_up() -> None:
+    first = Shown()
+    first.act(ended('pear', LEFT, RIGHT, 2.0))
+    records = [belief_record(belief, WORLD) for belief in first.beliefs]
+    old = [{k: v for k, v in record.items() if k != 'attempt'} for record in records]
+    assert told_events(old, WORLD) == told_events([], WORLD) == ()
+    assert JointObserver(WORLD, MODEL, JointSettings()).take_up(()) is None
+    cut = [replace(event, demonstration=1) for event in told_events(records, WORLD)]
+    assert JointObserver(WORLD, MODEL, JointSettings()).take_up(cut) is None
+    # A person who acted an hour ago does not stop now.
+    late = taken_up(first)
+    late.time += 3600
+    late.wait(10.0)
+    assert len(late.beliefs) == 1
 
 
 def test_beliefs_are_noted_before_what_follows_and_not_in_a_replay(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from contextlib import closing
 from pathlib import Path
 
@@ -179,3 +180,33 @@ def test_a_joint_goal_is_imitated_act_by_act(tmp_path: Path) -> None:
     assert [each['sentence'] for each in written][-1] == beliefs[-1].sentence
     assert kinds[:5] == ['joint_belief'] * 3 + ['table_goal', 'decision']
     assert story[:5] == kinds[:5]
+
+
+@pytest.mark.graph
+def test_a_demonstration_goes_on_after_the_node_is_killed(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        first = graph.start('likeme_inference.inference_node', stop_delay=30.0)
+        beliefs = graph.collect(JointGoalBelief, 'joint_goal_belief', LATCHED)
+        attempts = graph.publisher(Attempt, 'attempt')
+        camera = Camera(graph, lemon=LEFT)
+        heard = graph.collect(Heard, 'heard', 100)
+        graph.until(lambda: len(heard) > 5, 20, 'a node that hears')
+        camera.stop()
+        attempts.publish(attempt(camera.stamp))
+        graph.until(lambda: len(beliefs) == 1, 20, 'a belief')
+        first.signal(signal.SIGKILL)
+        graph.start('likeme_inference.inference_node', stop_delay=30.0)
+        graph.until(lambda: len(beliefs) == 2, 20, 'the belief of the node that was restarted')
+        heard.clear()
+        camera.go_on()
+        graph.until(lambda: len(heard) > 5, 20, 'a node that hears')
+        camera.stop()
+        attempts.publish(attempt(camera.stamp))
+        graph.until(lambda: len(beliefs) == 3, 20, 'a belief after the second act')
+        camera.stamp += 330 * TICK
+        camera.publish()
+        graph.until(lambda: beliefs[-1].stopped, 20, 'the stop')
+    before, after, both, stop = beliefs
+    assert before == after
+    assert [belief.events for belief in (after, both, stop)] == [1, 2, 2]
+    assert stop.demonstration == before.demonstration

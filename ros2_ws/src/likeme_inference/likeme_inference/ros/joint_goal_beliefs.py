@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from rclpy.node import Node
 
 from likeme_core.observations import TableSnapshot
 from likeme_core.ros.qos import LATCHED
 from likeme_core.world import World
-from likeme_inference.joint_belief import JointBelief, table_goal
+from likeme_inference.joint_belief import JointBelief, ToldEvent, table_goal
 from likeme_inference.joint_observer import JointObserver
 from likeme_inference.messages import joint_belief_msg
 from likeme_inference.ros.diagnostics import SessionDiagnostics
@@ -57,6 +57,12 @@ class JointGoalBeliefs:
             self._refusal = self.observer.refusal
             if self._refusal:
                 self._logger.info(self._refusal)
+
+    def take_up(self, events: Sequence[ToldEvent]) -> None:
+        """Go on with a demonstration, and publish the belief that there was; see the observer."""
+        belief = self.observer.take_up(events)
+        if belief is not None:
+            self._publisher.publish(joint_belief_msg(self._world, belief))
 
     def _on_attempt(self, msg: Attempt) -> None:
         if not self.receiving:
