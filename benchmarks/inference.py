@@ -1,7 +1,7 @@
 """Goal posterior and decision against general engines (pyAgrum, pgmpy), batches, and growth.
 
 All engines hold the same model, p(G) p(X_i) p(A | G, X_i) p(X_f | X_i, A), get the same queries in
-turn in the same process, and must give the same answers. Needs peers.lock, which
+turn in the same process, and must give the same answers. Needs inference_peers.lock, which
 bench.sh installs. `--calls N` (2000): calls of ours and pyAgrum; pgmpy gets a tenth.
 """
 

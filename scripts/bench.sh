@@ -6,8 +6,8 @@
 #
 #   --json   one JSON document with the machine, the bars and the notes
 #
-# A benchmark that compares with other libraries (inference) installs them the first time, from
-# benchmarks/peers.lock; hold installs the operator's screen from scripts/operator.lock.
+# A benchmark that compares with other libraries (inference, segmentation) installs them the first time,
+# from benchmarks/NAME_peers.lock; hold installs the operator's screen from scripts/operator.lock.
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
@@ -30,7 +30,7 @@ if [[ $name == report || $name == *_peers || $name == *_robots || $name == */* |
 fi
 if [[ -f $here/../benchmarks/${name}_peers.py ]]; then
   source "$here/extra.bash"
-  install_extra benchmarks/peers.lock
+  install_extra "benchmarks/${name}_peers.lock"
 fi
 if [[ $name == hold ]]; then
   source "$here/extra.bash"
