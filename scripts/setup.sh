@@ -45,15 +45,40 @@ fail() {
 
 # step 'what' command...: one progress line with its time; the output goes to the log.
 step() {
-  local what=$1 begin=$EPOCHREALTIME
+  local what=$1 begin=$EPOCHREALTIME result='' ticker=''
   shift
   printf 'setup: %s ... ' "$what" >&3
-  if "$@" >>"$LOG" 2>&1; then
-    printf '%s s\n' "$(seconds_since "$begin")" >&3
-  else
-    printf 'failed after %s s\n' "$(seconds_since "$begin")" >&3
-    return 1
+  if [[ -t 3 ]]; then tick "$what" "$begin" "$1" 9<&- & ticker=$!; fi
+  "$@" >>"$LOG" 2>&1 || result='failed after '
+  if [[ -n $ticker ]]; then
+    kill $ticker && wait $ticker 2>/dev/null || true
+    printf '\rsetup: %s ... \e[K' "$what" >&3
   fi
+  printf '%s%s s\n' "$result" "$(seconds_since "$begin")" >&3
+  [[ -z $result ]]
+}
+# tick WHAT BEGIN COMMAND: on a terminal, the time that a step has taken and, where known, has left.
+tick() {
+  while sleep 1 && kill -0 $$; do
+    printf '\rsetup: %s ... %.0f s%s\e[K' "$1" "$(seconds_since "$2")" "$(time_left "$2" "$3")" >&3
+  done
+}
+time_left() {
+  [[ $2 == build_workspace ]] || return 0
+  awk -v s="$(seconds_since "$1")" -v share="$(build_share)" \
+    'BEGIN {if (share) printf ", about %d s left", s * (1 / share - 1) + 1}'
+}
+# The share of the build's time that has passed; nothing before that is known. Most of it goes into
+# likeme_msgs; make's percentages count files, which take from 10 ms to some seconds each.
+build_share() {
+  { grep -aho '^\[ *[0-9]*%\]' $WS/log/latest_build/likeme_msgs/stdout.log | tail -n 1
+    grep -ahc ') JobEnded: ' $WS/log/latest_build/events.log; } 2>/dev/null | tr -dc '0-9\n' | awk -v of_packages="$(package_files | wc -l)" '
+    BEGIN {split("0 6 48 54 62 77 82 97 100", files); split("0 20 26 43 59 70 86 91 100", time)}
+    NR == 1 {for (i = 2; $1 > files[i]; i++);
+      of = ($1 - files[i - 1]) / (files[i] - files[i - 1])
+      share = 0.84 * (time[i - 1] + of * (time[i] - time[i - 1])) / 100}
+    NR == 2 && $1 > 2 {share += 0.16 * ($1 - 2) / (of_packages - 2)}
+    END {if (NR == 2 && share > 0.1) print share}'
 }
 seconds_since() { awk -v a="$1" -v b="$EPOCHREALTIME" 'BEGIN {printf "%.1f", b - a}'; }
 
@@ -90,6 +115,7 @@ underlay() {
   done <<<"$AMENT_PREFIX_PATH:"
   echo underlay/tf2_msgs
 }
+package_files() { find $SRC $(underlay) -name package.xml; }
 # What the workspace depends on. Python, launch and YAML files are linked, not copied: only their
 # coming and going counts.
 ws_key() {
@@ -302,9 +328,7 @@ repair_shebangs() {
     xargs -0r sed -i "1s|^#!\"\(.*\)\"[^\"]*\$|#!/bin/sh\n'''exec' '\1' \"\$0\" \"\$@\"\n' '''|"
 }
 make_workspace() {
-  local count
-  count=$(find $SRC $(underlay) -name package.xml | wc -l)
-  step "workspace ($count packages)" build_workspace || explain "colcon build failed"
+  step "workspace ($(package_files | wc -l) packages)" build_workspace || explain "colcon build failed"
   echo "$WS_KEY" >"$STATE/ws.new" && mv "$STATE/ws.new" "$STATE/ws"
 }
 
