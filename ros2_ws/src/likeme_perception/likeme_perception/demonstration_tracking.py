@@ -51,7 +51,8 @@ class DemonstrationTracker:
     """Turns the observations of successive frames into demonstrations.
 
     A change without a hand (by the robot, or by setting up the table anew) is no demonstration.
-    Neither is a change while hand and arm are in view together, since its author is not known.
+    Neither is a change while hand and arm are in view together, since its author is not known, nor
+    one of an object that lies where it did, on a border.
     If an object that the hand moved is not at rest by `settle_timeout`, or when the arm comes, the
     act is unresolved. The state in which the object comes to rest later is not attributed to the
     next act.
@@ -137,7 +138,9 @@ class DemonstrationTracker:
         changed = [
             (before, after)
             for name, before in episode.before.items()
-            if (after := self._settled.get(name)) is not None and after.state != before.state
+            if (after := self._settled.get(name)) is not None
+            and after.state != before.state
+            and _lies_elsewhere(before, after)
         ]
         acts = [
             (
@@ -190,6 +193,13 @@ class DemonstrationTracker:
             manner_probability=told.probability,
             rise=told.rise,
         )
+
+
+def _lies_elsewhere(before: ObjectObservation, after: ObjectObservation) -> bool:
+    """Whether an object was moved; on a border noise alone changes its state."""
+    if not (before.visible and after.visible):
+        return True
+    return horizontal_distance(before.centroid, after.centroid) > MOVED_DISTANCE
 
 
 def _was_moved(samples: list[TrackSample], before: ObjectObservation) -> bool:

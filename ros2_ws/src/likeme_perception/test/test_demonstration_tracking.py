@@ -212,6 +212,21 @@ def test_a_hand_that_passes_through_is_no_demonstration(script: Script) -> None:
     assert unresolved(script) == []
 
 
+def test_what_lies_on_a_border_and_is_not_moved_is_no_demonstration(script: Script) -> None:
+    on_border = seen('lemon', (0.40, 0.0001, 0.03))
+    assert on_border.state == LEFT
+    script.show(on_border, pear())
+    script.show(on_border, covered('pear'), hand=True)
+    other_side = seen('lemon', (0.40, -0.0001, 0.03))
+    assert other_side.state == RIGHT
+    script.show(other_side, seen('pear', AT_RIGHT), seconds=1)
+    assert changes(script) == [('pear', LEFT, RIGHT)]
+    # What the next act finds it to be is where it is seen now.
+    script.show(seen('lemon', (0.40, 0.05, 0.03), settled=False), hand=True)
+    script.show(seen('lemon', AT_LEFT), seconds=1)
+    assert changes(script)[1:] == [('lemon', RIGHT, LEFT)]
+
+
 def test_a_dropped_object_is_reported_where_it_comes_to_rest(script: Script) -> None:
     script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
     script.show(seen('chicken', (0.44, 0.02, 0.10), settled=False), pear(), seconds=0.2)
