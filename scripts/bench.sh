@@ -30,7 +30,9 @@ if [[ $name == report || $name == *_peers || $name == *_robots || $name == */* |
 fi
 if [[ -f $here/../benchmarks/${name}_peers.py ]]; then
   source "$here/extra.bash"
-  install_extra "benchmarks/${name}_peers.lock"
+  # Not among the others: what they bring with them is seen by pytest.
+  install_extra "benchmarks/${name}_peers.lock" "peers/$name"
+  export PYTHONPATH=$PYTHONPATH:$LIKEME_VENV/peers/$name
 fi
 if [[ $name == hold ]]; then
   source "$here/extra.bash"
