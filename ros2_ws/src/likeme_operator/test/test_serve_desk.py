@@ -31,6 +31,7 @@ async def visit(url: str) -> tuple[str, int, bytes]:
     async with aiohttp.ClientSession() as session:
         async with session.get(url) as answer:
             page = await answer.text()
+            assert answer.headers['Content-Security-Policy'].startswith("default-src 'self' ")
         try:
             await session.ws_connect(socket_url, origin='http://elsewhere.org')
             refused = 0
@@ -62,6 +63,8 @@ def test_the_screen_is_served_to_its_own_page_alone(tmp_path: Path) -> None:
         server.signal(signal.SIGINT)
 
         assert 'LikeMe' in page
+        # What is typed reaches the screen without a click on it.
+        assert '.focus()' in page.split('</style>')[1]
         assert refused == 403
         assert b'LikeMe  domain' in screen
         assert again.returncode == 78

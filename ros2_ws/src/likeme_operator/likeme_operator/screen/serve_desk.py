@@ -13,6 +13,19 @@ from aiohttp import web
 from textual_serve.server import Server
 
 HOST = 'localhost'
+#: Added to the page: what is typed reaches the screen without a click on it, SPACE above all.
+TYPING = """<script>
+  const typed = () => document.querySelector('.xterm-helper-textarea');
+  const observer = new MutationObserver(() => {
+    if (typed()) { typed().focus(); observer.disconnect(); }
+  });
+  observer.observe(document.documentElement, {childList: true, subtree: true});
+  for (const event of ['focus', 'keydown', 'click'])
+    window.addEventListener(event, () => typed()?.focus(), true);
+</script>"""
+#: Nothing is fetched from elsewhere. The page names a font that would be: a host without internet
+#: waits for it.
+OWN_ONLY = "default-src 'self' 'unsafe-inline' data: blob:; connect-src 'self' ws:"
 
 
 class DeskServer(Server):
@@ -38,7 +51,11 @@ class DeskServer(Server):
             own = request.headers.get('Origin') in [f'http://{name}' for name in names]
             if request.host not in names or (not own and request.path == '/ws'):
                 raise web.HTTPForbidden(text=f'Open {self.public_url} in a browser of this host.')
-            return await handler(request)
+            response = await handler(request)
+            if request.path == '/':
+                response.text = response.text.replace('</body>', f'{TYPING}</body>')
+                response.headers['Content-Security-Policy'] = OWN_ONLY
+            return response
 
         app.middlewares.append(web.middleware(own_page_only))
         return app
