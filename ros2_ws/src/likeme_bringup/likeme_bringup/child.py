@@ -6,10 +6,14 @@ import os
 import signal
 import subprocess
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import IO, NamedTuple
 
 from likeme_core import processes, standby
+
+#: s in which a standby process ends by itself.
+LEAVE_TIME = 1.0
 
 
 class Child(NamedTuple):
@@ -89,13 +93,21 @@ def take_over(process: subprocess.Popen[bytes] | None) -> subprocess.Popen[bytes
     return process
 
 
+def dismiss(process: subprocess.Popen[bytes]) -> None:
+    """Let a standby process leave the graph and end: end its stdin."""
+    if process.stdin is not None:
+        process.stdin.close()
+
+
 def discard(process: subprocess.Popen[bytes]) -> None:
-    """End a standby process, which has nothing to put in order."""
+    """Dismiss a standby process and wait until it has ended; kill it after LEAVE_TIME."""
+    dismiss(process)
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(LEAVE_TIME)
     process.kill()
     process.wait()
-    for pipe in (process.stdin, process.stdout):
-        if pipe is not None:
-            pipe.close()
+    if process.stdout is not None:
+        process.stdout.close()
 
 
 def output(process: subprocess.Popen[bytes]) -> IO[bytes]:

@@ -20,6 +20,7 @@ from likeme_bringup.child import (
     Ended,
     RunningChild,
     discard,
+    dismiss,
     output,
     start,
     start_standby,
@@ -106,8 +107,8 @@ class Supervisor:
         self._stopping = True
         self._restart_at.clear()
         self._standby_at.clear()
-        while self._standbys:
-            discard(self._standbys.popitem()[1])
+        for waiting in self._standbys.values():
+            dismiss(waiting)
         for step in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
             if self._running and step != signal.SIGINT:
                 names = ' and '.join(self._running)
@@ -117,6 +118,8 @@ class Supervisor:
             deadline = time.monotonic() + self.grace
             while self._running and (left := deadline - time.monotonic()) > 0:
                 self._poll(left)
+        while self._standbys:
+            discard(self._standbys.popitem()[1])
         # Several may have ended in one poll.
         ends, self._ended = self._ended, []
         return ends

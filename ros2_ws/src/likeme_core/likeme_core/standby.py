@@ -24,9 +24,10 @@ def main(module: str, *arguments: str) -> int:
     """Import a module, wait, and run its `main`; the exit code."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     set_process_name(IMPORTING)
+    sys.argv[1:] = arguments
     with discarded_output():
         node = importlib.import_module(module)
-        # What the node imports only when it is made.
+        # What the node imports or makes only when it is made.
         getattr(node, 'preload', lambda: None)()
     set_process_name(WAITING)
     if not os.read(sys.stdin.fileno(), len(GO)):
@@ -34,7 +35,7 @@ def main(module: str, *arguments: str) -> int:
     set_process_name('python')
     with open(os.devnull, 'rb') as nothing:
         os.dup2(nothing.fileno(), sys.stdin.fileno())
-    sys.argv = [str(node.__file__), *arguments]
+    sys.argv[0] = str(node.__file__)
     return int(node.main())
 
 

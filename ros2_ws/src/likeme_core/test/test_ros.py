@@ -7,8 +7,9 @@ import os
 import signal
 import subprocess
 import sys
+import time
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -234,6 +235,57 @@ def test_a_signal_that_was_blocked_while_modules_were_imported(
             out, _ = process.communicate(timeout=60)
     # Before `env` has begun it is the signal that ends it.
     assert (process.returncode, out) in ((0, 'stopped\n'), (-signal.SIGINT, ''))
+
+
+WAITING = """
+from rclpy.node import Node
+from likeme_core.ros.spin import join_graph, run_node
+
+preload = join_graph
+main = lambda: run_node('late', lambda: Node('late'))
+"""
+
+
+@pytest.mark.parametrize('becomes', [True, False])
+def test_a_standby_is_known_before_its_node(
+    becomes: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / 'waiting_node.py').write_text(WAITING)
+    with domain_id() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        rclpy.init(domain_id=domain)
+        node = rclpy.create_node('test_standby')
+        with subprocess.Popen(
+            [sys.executable, '-m', 'likeme_core.standby', 'waiting_node'],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, cwd=tmp_path,
+        ) as process:  # fmt: skip
+            waiting = f'_standby_{process.pid}'
+
+            def others() -> list[str]:
+                return [name for name in node.get_node_names() if name != node.get_name()]
+
+            try:
+                assert came_true(lambda: others() == [waiting])
+                if becomes:
+                    assert process.stdin is not None
+                    process.stdin.write(b'\n')
+                    process.stdin.flush()
+                    assert came_true(lambda: others() == ['late'])
+                    process.send_signal(signal.SIGINT)
+                out, _ = process.communicate(timeout=60)
+                assert came_true(lambda: others() == [])
+            finally:
+                process.kill()
+                node.destroy_node()
+                rclpy.try_shutdown()
+    assert (process.returncode, out) == (0, b'')
+
+
+def came_true(condition: Callable[[], bool], bound: float = 60.0) -> bool:
+    deadline = time.monotonic() + bound
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return condition()
 
 
 def test_bad_parameters_are_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
