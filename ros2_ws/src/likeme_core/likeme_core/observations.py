@@ -6,10 +6,18 @@ Probabilities are tuples indexed by State.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from likeme_core.tabletop import Manner, State
+
+#: A state that is less probable is not known: the object lies on a border.
+LEAST_PROBABILITY = 0.9
+
+
+def is_known(probability: Sequence[float]) -> bool:
+    """Whether one state is probable enough to be taken for the object's; empty: it is certain."""
+    return max(probability, default=1.0) >= LEAST_PROBABILITY
 
 
 @dataclass(frozen=True)

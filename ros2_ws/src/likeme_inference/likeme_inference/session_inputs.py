@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any, NamedTuple, TypeVar
 
-from likeme_core.observations import Demonstration, ObservedAttempt, TableSnapshot
+from likeme_core.observations import Demonstration, ObservedAttempt, TableSnapshot, is_known
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.stamps import stamp_ns
 from likeme_core.tabletop import Manner, State
@@ -183,7 +183,7 @@ def read_attempt(msg: Any, world: World) -> ObservedAttempt:
 
 
 def read_table(msg: Any, world: World) -> TableSnapshot:
-    """Read a likeme_msgs/TableState; objects in UNKNOWN state are left out.
+    """Read a likeme_msgs/TableState; objects whose state is not known are left out.
 
     Raises:
         ValueError: a state out of range.
@@ -194,7 +194,7 @@ def read_table(msg: Any, world: World) -> TableSnapshot:
     states = {
         item.name: _state(world, item.state, f'state of {item.name}')
         for item in msg.objects
-        if item.state not in unknown
+        if item.state not in unknown and is_known(item.state_probability)
     }
     # Messages recorded before camera_frame have the camera's frame in their header.
     camera = getattr(msg, 'camera_frame', '') or msg.header.frame_id

@@ -76,10 +76,15 @@ def test_bad_demonstrations(field: str, value: Any, why: str) -> None:
 
 
 def test_unknown_states_are_omitted() -> None:
-    objects = [ObjectState(name='pear', state=1), ObjectState(name='lemon', state=255)]
+    on_border, inside = ([0.51, 0.49, 0.0], [0.95, 0.05, 0.0])
+    objects = [
+        ObjectState(name='pear', state=1), ObjectState(name='lemon', state=255),
+        ObjectState(name='chicken', state=0, state_probability=on_border),
+        ObjectState(name='cube', state=0, state_probability=inside),
+    ]  # fmt: skip
     view = read_table(TableState(settled=True, objects=objects), WORLD)
 
-    assert (view.states, view.settled) == ({'pear': RIGHT}, True)
+    assert (view.states, view.settled) == ({'pear': RIGHT, 'cube': LEFT}, True)
     with pytest.raises(ValueError, match='state of plum from 0 to 2, got 4'):
         read_table(TableState(objects=[ObjectState(name='plum', state=4)]), WORLD)
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from likeme_core.observations import Demonstration, ObservedAttempt, TableSnapshot
+from likeme_core.observations import Demonstration, ObservedAttempt, TableSnapshot, is_known
 from likeme_core.tabletop import State
 from likeme_core.world.values import UNKNOWN
 from likeme_perception.blobs import Index
@@ -99,7 +99,11 @@ class TableObservation:
     @property
     def snapshot(self) -> TableSnapshot:
         """The known states, as input of an imitation session."""
-        states = {o.name: o.state for o in self.objects if o.state is not None}
+        states = {
+            o.name: o.state
+            for o in self.objects
+            if o.state is not None and is_known(o.state_probability)
+        }
         return TableSnapshot(self.stamp, self.frame_id, self.settled, states)
 
     def object(self, name: str) -> ObjectObservation:

@@ -227,6 +227,13 @@ def test_what_lies_on_a_border_and_is_not_moved_is_no_demonstration(script: Scri
     assert changes(script)[1:] == [('lemon', RIGHT, LEFT)]
 
 
+def test_a_session_is_told_no_state_of_what_lies_on_a_border() -> None:
+    pear, lemon = seen('pear', AT_LEFT), seen('lemon', (0.40, 0.0001, 0.03))
+    unsure = replace(lemon, state_probability=(0.51, 0.49, 0.0))
+    table = TableObservation(SECOND, 'camera', objects=(pear, unsure))
+    assert table.snapshot.states == {'pear': LEFT}
+
+
 def test_a_dropped_object_is_reported_where_it_comes_to_rest(script: Script) -> None:
     script.show(seen('chicken', LIFTED, settled=False), pear(), hand=True)
     script.show(seen('chicken', (0.44, 0.02, 0.10), settled=False), pear(), seconds=0.2)

@@ -343,9 +343,10 @@ class ImitationSession:
         demo, settings, here = self._demonstrated, self.settings, self.state
         if view.stamp - here.turn_from > settings.turn_timeout * SECOND:
             here.phase = Phase.IDLE
-            return Remark(
-                f'Nobody put {demo.object} back within {settings.turn_timeout:g} s: I let it be.'
-            )
+            nobody = f'Nobody put {demo.object} back'
+            if demo.object not in view.states:
+                nobody = f'The state of {demo.object} was not known'
+            return Remark(f'{nobody} within {settings.turn_timeout:g} s: I let it be.')
         if not can_infer(self.model, settings, demo.object):
             # The model was replaced since the demonstration.
             here.phase = Phase.IDLE
