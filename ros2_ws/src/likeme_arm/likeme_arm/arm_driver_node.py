@@ -18,7 +18,7 @@ from likeme_arm.ros.planned_path import PlannedPath
 from likeme_arm.ros.table_state_topic import TableStateTopic
 from likeme_arm.ros.trajectory_controllers import create_trajectory_controller
 from likeme_core.outcomes import Actor
-from likeme_core.ros.spin import run_node
+from likeme_core.ros.spin import join_graph, run_node
 
 
 class RealArmDriverNode(MotionDriverNode):
@@ -86,6 +86,10 @@ class RealArmDriverNode(MotionDriverNode):
 
     def _on_joint_states(self, message: JointState) -> None:
         self._state.hear(message.name, message.position, message.velocity)
+
+
+#: Of a standby process.
+preload = join_graph
 
 
 def main() -> int:

@@ -19,7 +19,7 @@ from likeme_core.ros.diagnostics import DiagnosticsPublisher, diagnostics_msg
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.other_servers import other_servers
 from likeme_core.ros.qos import LATCHED, kept
-from likeme_core.ros.spin import run_node
+from likeme_core.ros.spin import join_graph, run_node
 from likeme_core.ros.state_folder import state_folder_of
 from likeme_core.ros.time import steady_clock
 from likeme_msgs.msg import HoldState
@@ -169,6 +169,10 @@ def only_one(path: Path) -> BinaryIO:
             f'Expected no other hold keeper of this cell, got one that keeps {path}.'
         ) from None
     return lock
+
+
+#: Of a standby process.
+preload = join_graph
 
 
 def main() -> int:

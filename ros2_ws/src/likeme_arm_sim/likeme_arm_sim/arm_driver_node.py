@@ -27,7 +27,7 @@ from likeme_arm_sim.ros.reset_service import ResetService
 from likeme_arm_sim.simulated_parts import ALL_PARTS, SimulatedPart, simulated_parts
 from likeme_arm_sim.simulation_driver import SimulationDriver
 from likeme_core.outcomes import Actor
-from likeme_core.ros.spin import run_node
+from likeme_core.ros.spin import join_graph, run_node
 from likeme_core.ros.time import time_msg
 
 STEPS_PER_CLOCK = 4
@@ -140,6 +140,10 @@ class ArmDriverNode(MotionDriverNode):
             'frames': self._camera.frames if self._camera else 0,
             'table_states_dropped': self._arm.dropped if self._arm else 0,
         }
+
+
+#: Of a standby process.
+preload = join_graph
 
 
 def main() -> int:

@@ -16,7 +16,7 @@ from likeme_core.observations import TableSnapshot
 from likeme_core.ros.heartbeat import HeartbeatPublisher
 from likeme_core.ros.managed_node import ManagedNode
 from likeme_core.ros.qos import LATCHED
-from likeme_core.ros.spin import run_node
+from likeme_core.ros.spin import join_graph, run_node
 from likeme_core.ros.state_folder import state_folder_of
 from likeme_core.ros.time import steady_clock
 from likeme_core.ros.world import WorldPublisher, declare_world
@@ -503,8 +503,10 @@ class InferenceNode(ManagedNode):
 
 
 def preload() -> None:
-    """Import what a node with a decision log needs and this module leaves out: SQLAlchemy."""
+    """Of a standby process: import SQLAlchemy, which the decision log needs; join the graph."""
     import likeme_inference.experience.decision_log  # noqa: F401
+
+    join_graph()
 
 
 def main() -> int:

@@ -347,9 +347,8 @@ class PerceptionNode(ManagedNode):
         )
 
 
-def preload() -> None:
-    """Join the graph: discovery would delay the first frames by up to 2.7 s."""
-    join_graph()
+#: Of a standby process.
+preload = join_graph
 
 
 def main() -> int:
