@@ -53,6 +53,22 @@ def usage_sentence(error: typer.BadParameter) -> str:
     return sentence
 
 
+def command_follows(context: typer.Context) -> bool:
+    """Whether a command of the program was named; it does not take options from before its name.
+
+    Raises:
+        UsageError: there are some.
+    """
+    name = context.invoked_subcommand
+    if name is None:
+        return False
+    for option in context.command.params:
+        source: Any = context.get_parameter_source(option.name or '')
+        if source is not None and source.name == 'COMMANDLINE':
+            raise UsageError(f'expected {option.opts[0]} after {name}, got it before.')
+    return True
+
+
 @contextmanager
 def _usage_errors_in_one_line() -> Iterator[None]:
     try:

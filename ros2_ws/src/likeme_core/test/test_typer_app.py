@@ -10,7 +10,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from likeme_core.typer_app import App, with_optionals
+from likeme_core.typer_app import App, command_follows, with_optionals
 
 
 class Mode(StrEnum):
@@ -40,6 +40,28 @@ def test_a_command_with_such_parameters_runs() -> None:
     assert CliRunner().invoke(app, ['1', '--b', 'x', '--b', 'y']).exit_code == 0
     refused = CliRunner().invoke(app, ['one'])
     assert refused.exit_code == 2
+
+
+def test_an_option_before_a_command_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    app, ran = App(add_completion=False), list[str]()
+
+    @app.callback(invoke_without_command=True)
+    def program(context: typer.Context, domain: int = 0) -> None:
+        if not command_follows(context):
+            ran.append(f'program {domain}')
+
+    @app.command('list')
+    def list_command(domain: int = 0) -> None:
+        ran.append(f'list {domain}')
+
+    for words in (['--domain', '7'], ['list', '--domain', '7'], ['list']):
+        assert CliRunner().invoke(app, words).exit_code == 0
+    refused = CliRunner().invoke(app, ['--domain', '7', 'list'])
+    assert refused.exit_code == 2
+    assert ran == ['program 7', 'list 7', 'list 0']
+    assert (
+        'expected --domain after list, got it before.' in refused.output + capsys.readouterr().err
+    )
 
 
 def test_a_usage_error_is_one_line_with_the_programs_name(

@@ -17,7 +17,7 @@ from rich.console import Console
 
 from likeme_core.cli import MAX_SEED, WORLD_DEFAULT, Domain, WorldOption
 from likeme_core.instance_lock import AlreadyRunningError, claim
-from likeme_core.typer_app import App
+from likeme_core.typer_app import App, command_follows
 from likeme_core.world import World
 from likeme_experiments.commands.learn_store import (
     DONE,
@@ -108,7 +108,7 @@ def learn_command(
     store: Store = None,
 ) -> None:
     """Try every action on every object from every state, and record how the camera saw it end."""
-    if context.invoked_subcommand is not None:
+    if command_follows(context):
         return
     if not offline and (workers or scheduler):
         raise typer.BadParameter('--workers and --scheduler are for --offline.')

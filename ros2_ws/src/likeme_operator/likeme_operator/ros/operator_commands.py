@@ -13,7 +13,7 @@ import typer
 
 from likeme_bringup.ros.status_command import status_command
 from likeme_core.cli import Domain, Network
-from likeme_core.typer_app import App
+from likeme_core.typer_app import App, command_follows
 from likeme_operator.ros.command_output import Name, fail
 from likeme_operator.ros.hold_commands import hold_command, resume_command
 from likeme_operator.ros.line_mode import line_mode
@@ -82,7 +82,7 @@ def desk(
     domain: Domain = 0,
 ) -> None:
     """Open the desk, or run one command of it."""
-    if context.invoked_subcommand is not None:
+    if command_follows(context):
         return
     if plain or not (web or screen_there()):
         line_mode(by, network, domain)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from likeme_core.cli import Domain, Network, user_name
-from likeme_core.typer_app import App
+from likeme_core.typer_app import App, command_follows
 from likeme_inference.console_replies import WORDS, read_answer
 from likeme_operator.desk_view import QuestionKey
 from likeme_operator.ros.command_output import Json, Name, connected, emit, fail
@@ -75,7 +75,7 @@ def ask_human(
     context: typer.Context, by: Name, network: Network = False, domain: Domain = 0
 ) -> None:
     """Answer requests of the robot. Without a command: wait for them at the keyboard."""
-    if context.invoked_subcommand is None:
+    if not command_follows(context):
         line_mode(by, network, domain)
 
 
