@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -31,8 +32,13 @@ class Learned(NamedTuple):
     structured: FloatArray
 
 
-def robots(number: int, seed: int) -> Iterator[Learned]:
+@cache
+def robots(number: int, seed: int) -> tuple[Learned, ...]:
     """Robots whose trials are drawn from the table (a parametric bootstrap)."""
+    return tuple(_robots(number, seed))
+
+
+def _robots(number: int, seed: int) -> Iterator[Learned]:
     for run in range(number):
         counts = trials(TABLE, TRIALS, np.random.default_rng([seed, run]))
         aims = MODEL.domain.state_aims

@@ -30,7 +30,7 @@ PAPER, THRESHOLDS = 0.5, tuple(np.linspace(0, 1, 21).tolist())
 def bars(options: Namespace) -> list[Bar]:
     """Regret by cost with two estimates, by the best threshold, by the paper's."""
     number = WORLDS if options.worlds is None else max(1, options.worlds)
-    learned = list(robots(number, seed=3))
+    learned = robots(number, seed=3)
     made: list[Bar] = []
     for mess, bar in REGRETS.items():
         costs = Costs(mess=mess)

@@ -14,13 +14,8 @@ from argparse import Namespace
 import numpy as np
 
 from judgement_robots import GOAL, MODEL, OBJECT, TABLE, X_I, Learned, best_actions, robots
-from likeme_inference.tabletop import GoalModel, maximum_likelihood
 from likeme_inference.tabletop.arrays import FloatArray
-from likeme_inference.tabletop.promise import (
-    asking_probabilities,
-    intended_success,
-    promise,
-)
+from likeme_inference.tabletop.promise import asking_probabilities, promise
 from report import Bar
 
 WORLDS = 1000
@@ -34,14 +29,13 @@ SLIPPING, DROPPED = 0.4, 0.3
 
 
 def bars(options: Namespace) -> list[Bar]:
-    """Static promises, promises after a shift, promises at the goal that was meant."""
+    """Static promises and promises after a shift."""
     number = WORLDS if options.worlds is None else max(1, options.worlds)
-    learned = list(robots(number, seed=1))
+    learned = robots(number, seed=1)
     estimates = {name: [getattr(robot, name) for robot in learned] for name in Learned._fields}
     shared = estimates['shared']
     made = [bar for name, each in estimates.items() for bar in _static(each, name)]
-    made += _shifted(shared[:SHIFTED])
-    return made + [bar for name, each in estimates.items() for bar in _intended(each, name)]
+    return made + _shifted(shared[:SHIFTED])
 
 
 def _static(learned: list[FloatArray], estimate: str) -> list[Bar]:
@@ -117,39 +111,3 @@ def _episodes(alpha: FloatArray, shifted: FloatArray, seed: list[int]) -> list[f
         state = state.after(acted=True, reached=x_f == GOAL[task])
         alpha[(*at, x_f)] += 1
     return kept
-
-
-def _intended(learned: list[FloatArray], estimate: str) -> list[Bar]:
-    """Promise against success at the goal meant by a person who acts as the robot would."""
-    people = [GoalModel.of(world, MODEL.domain) for world in TABLE]
-    totals, episodes = np.zeros(4), 0.0
-    for alpha in learned:
-        models = [GoalModel.of(p, MODEL.domain) for p in maximum_likelihood(alpha)]
-        for o, x, g in zip(OBJECT.tolist(), X_I.tolist(), GOAL.tolist(), strict=True):
-            ends = people[o].policy[x, g] @ TABLE[o, x]
-            for x_f in np.flatnonzero(ends):
-                belief, own = models[o].goal_posterior(x, int(x_f)), models[o]
-                goal = int(belief.argmax())
-                if goal == x:
-                    continue
-                promised = float(own.success(x, goal).max())
-                known = int(own.success(x, goal).argmax())
-                meant = intended_success(own, x, belief)
-                best = int(meant.argmax())
-                episodes += ends[x_f]
-                totals += ends[x_f] * np.array(
-                    [promised, TABLE[o, x, known, g], meant[best], TABLE[o, x, best, g]]
-                )
-    totals /= episodes
-    n, made = len(learned), []
-    for what, promised, realised, bar in (
-        ('the likeliest goal', totals[0], totals[1], None),
-        ('the goal that was meant', totals[2], totals[3], 2.0),
-    ):
-        name = f'success at {what}, {estimate}'
-        made += [
-            Bar(f'{name}: promised', float(promised), None, '', n=n),
-            Bar(f'{name}: realised at the one meant', float(realised), None, '', n=n),
-            Bar(f'{name}: off', 100 * abs(float(promised - realised)), bar, 'points', n=n),
-        ]
-    return made

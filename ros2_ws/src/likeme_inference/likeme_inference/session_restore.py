@@ -124,7 +124,12 @@ class _Reader:
         return entry.data
 
     def state(self, kept: Mapping[str, Any]) -> SessionState:
-        plain = from_json(SessionState, {**kept, **ELSEWHERE, 'suspended': []}, self._world)
+        given = {**kept, **ELSEWHERE, 'suspended': []}
+        if given.get('promise') is not None:
+            # An older log says whether a goal was reached, not how probably.
+            recent = [float(each) for each in given['promise']['recent']]
+            given['promise'] = {**given['promise'], 'recent': recent}
+        plain = from_json(SessionState, given, self._world)
         # A log that was written before questions could be suspended has none.
         suspended = tuple(self.state(each) for each in kept.get('suspended', ()))
         # A timeout counts from the first table state on.

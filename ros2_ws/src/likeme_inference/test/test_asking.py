@@ -22,6 +22,8 @@ from likeme_inference.tabletop import Kind, shipped
 from likeme_inference.tabletop.asking import Asking, expected_successes
 from likeme_inference.tabletop.cost_planning import Costs, Question
 from likeme_inference.tabletop.imitation import ImitationSettings, first_promise, help_request
+from likeme_inference.tabletop.intended_success import intended_success, meant
+from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.promise import Promise
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.session_state import SessionState
@@ -119,6 +121,40 @@ def test_a_promise_starts_by_the_model_and_follows_the_outcomes() -> None:
     restored = from_json(SessionState, json.loads(to_text(to_json(here.state))), WORLD)
     assert restored.promise == kept
     assert decide(here, LEFT, RIGHT, at=30).threshold == pytest.approx(kept.threshold)
+
+
+def test_what_the_robot_reached_counts_as_probably_meant() -> None:
+    here = session(asking=Asking.PROMISE, promise=0.8, prior=Prior.SHARED)
+    first = first_promise(here.model, here.settings)
+    decision = decide(here, LEFT, RIGHT)
+    belief = meant(shipped().goal_model('pear', prior=Prior.SHARED), LEFT, RIGHT)
+    sure = intended_success(shipped().goal_model('pear', prior=Prior.SHARED), LEFT, belief)
+    assert decision.action is not None
+    assert f'where it was meant with p = {sure[decision.action]:.2f}' in decision.sentence
+    finish(here, RIGHT, 20)
+    assert here.state.promise is not None
+    perhaps = float(belief[:, RIGHT].sum())
+    assert here.state.promise.recent == (pytest.approx(perhaps),)
+    assert perhaps < 0.95
+    missed = 1 - perhaps
+    assert here.state.promise.threshold == pytest.approx(first.threshold + 0.1 * (missed - 0.2))
+
+
+@pytest.mark.parametrize('reply', [Reply.TRY_ANYWAY, Reply.NAME_GOAL])
+def test_an_answer_makes_the_goal_certain(reply: Reply) -> None:
+    here = session(asking=Asking.PROMISE, promise=1.0)
+    assert decide(here, RIGHT, LEFT).kind is Kind.ASK_HUMAN
+    if reply is Reply.NAME_GOAL:
+        here.answered(reply, goal=LEFT)
+        here.settings = replace(here.settings, promise=0.2)
+        told = here.look(table(20, pear=RIGHT))
+        assert isinstance(told, Decision)
+        assert told.kind is Kind.EXECUTE
+    else:
+        here.answered(reply)
+    finish(here, LEFT, 30)
+    assert here.state.promise is not None
+    assert here.state.promise.recent == (1.0,)
 
 
 def test_help_counts_and_what_was_not_seen_or_skipped_does_not() -> None:

@@ -7,13 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from likeme_inference.tabletop import shipped
-from likeme_inference.tabletop.promise import (
-    Promise,
-    asking_probabilities,
-    intended_success,
-    promise,
-)
+from likeme_inference.tabletop.promise import Promise, asking_probabilities, promise
 
 SUCCESSES = [0.4, 0.9, 0.7, 0.7, 0.95]
 
@@ -67,15 +61,10 @@ def test_it_says_what_was_promised_and_kept() -> None:
     assert here.sentence == 'promised 90%, kept 75% of the last 4'
 
 
-def test_success_at_the_goal_that_was_meant_is_less_than_at_the_likeliest() -> None:
-    pear = shipped().goal_model('pear')
-    belief = pear.goal_posterior(0, 2)
-    meant = intended_success(pear, 0, belief)
-    by_hand = [sum(belief[g] * pear.transition[0, a, g] for g in range(3)) for a in range(6)]
-    assert meant == pytest.approx(by_hand)
-    goal = int(belief.argmax())
-    assert meant.max() < pear.success(0, goal).max()
-    assert intended_success(pear, 0, np.eye(3)[goal]) == pytest.approx(pear.success(0, goal))
+def test_what_was_perhaps_meant_counts_for_its_probability() -> None:
+    here = Promise(0.9, 0.5).after(acted=True, reached=0.7)
+    assert here.threshold == pytest.approx(0.5 + 0.1 * (0.3 - 0.1))
+    assert here.after(acted=True, reached=True).kept == pytest.approx(0.85)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +74,6 @@ def test_success_at_the_goal_that_was_meant_is_less_than_at_the_likeliest() -> N
         (lambda: asking_probabilities([0.5, 1.5], 0.9), 'Expected probabilities'),
         (lambda: promise([0.5], 1.1), 'Expected probabilities'),
         (lambda: Promise(0.9, 0.5).after(True, True, 0.0), 'above 0 up to 1, got 0'),
-        (lambda: intended_success(shipped().goal_model('pear'), 0, [1.0, 1, 0]), 'to sum to 1'),
     ],
 )
 def test_bad_arguments_are_refused(call, message: str) -> None:

@@ -33,6 +33,7 @@ from likeme_inference.tabletop.action_selection import Kind
 from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.model_file import shipped
 from likeme_inference.tabletop.prior import Prior
+from likeme_inference.tabletop.promise import Promise
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.session import ImitationSession
 from likeme_inference.tabletop.session_state import Phase, SessionState
@@ -246,6 +247,13 @@ def test_what_cannot_be_written_has_not_happened(tmp_path: Path) -> None:
     assert (here.session.phase, log.problem) == (Phase.TURN, '')
     kinds = [entry.kind for entry in DecisionLog(str(path)).entries()]
     assert kinds == ['remark', 'remark', 'hold', 'demonstration', 'belief', 'session']
+
+
+def test_an_older_log_says_whether_a_promise_was_kept(tmp_path: Path) -> None:
+    promise = Promise(0.9, 0.5, recent=(True, False))
+    here = logged(tmp_path / 'log.sqlite', ImitationSettings(), SessionState(promise=promise))
+    here.apply(shown('chicken', RIGHT, LEFT, 3))
+    assert restore(here.log).state.promise == promise
 
 
 def test_a_timeout_counts_anew_after_a_restart(tmp_path: Path) -> None:

@@ -13,7 +13,11 @@ from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.cost_planning import CostChoice, Costs, choose_by_cost
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
-from likeme_inference.tabletop.promise import intended_success
+from likeme_inference.tabletop.intended_success import (
+    intended_plan_success,
+    intended_success,
+    meant,
+)
 
 #: Modes that ask.
 ASKING_MODES = (Mode.INTERACTIVE, Mode.SEQUENTIAL)
@@ -34,15 +38,15 @@ def choose_to_keep(
     model: GoalModel,
     x_i: int,
     goal: int,
-    posterior: ArrayLike,
+    belief: ArrayLike,
     mode: Mode,
     threshold: float,
     actions_left: int = 1,
 ) -> tuple[Choice, float]:
     """The action for a goal; asks if success at the goal that was meant is below the threshold.
 
-    That success is in interactive mode `intended_success` of the action; in sequential mode the
-    value of the plan times P(goal), a lower bound.
+    That success is in interactive mode `intended_success` of the action, in sequential mode
+    `intended_plan_success`, by a belief as there.
 
     Returns:
         The choice, and that success; NaN without an action.
@@ -51,9 +55,9 @@ def choose_to_keep(
     if choice.action is None:
         return choice, float('nan')
     if mode is Mode.SEQUENTIAL:
-        sure = choice.plan_value * float(np.asarray(posterior)[goal])
+        sure = intended_plan_success(model, x_i, belief, goal, actions_left)
     else:
-        sure = float(intended_success(model, x_i, posterior)[choice.action])
+        sure = float(intended_success(model, x_i, belief)[choice.action])
     return (choice._replace(kind=Kind.ASK_HUMAN) if asks(sure, threshold) else choice), sure
 
 
@@ -115,7 +119,8 @@ def expected_successes(model: GoalModel, mode: Mode, actions_left: int = 1) -> l
                 continue
             posterior = model.goal_posterior(x_i, x_f)
             goal = map_goal(posterior, x_f, model.goals)
-            choice, sure = choose_to_keep(model, x_i, goal, posterior, mode, 0.0, actions_left)
+            belief = meant(model, x_i, x_f)
+            choice, sure = choose_to_keep(model, x_i, goal, belief, mode, 0.0, actions_left)
             if choice.action is not None:
                 found.append(sure)
     return found

@@ -105,7 +105,11 @@ def sample_transitions(
 
     A row with neither trials nor prior is sampled uniformly from all distributions.
     """
-    alpha = _proper_pseudo_counts(model)
+    return sample_rows(_proper_pseudo_counts(model), rng, samples)
+
+
+def sample_rows(alpha: FloatArray, rng: np.random.Generator, samples: int) -> FloatArray:
+    """Samples of Dirichlet distributions with parameters alpha[..., x_f]; [sample, ..., x_f]."""
     gamma = rng.standard_gamma(alpha, size=(samples, *alpha.shape))
     lost = gamma.sum(axis=-1) == 0
     if lost.any():

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -37,6 +37,17 @@ ANSWERS_KEPT = 4096
 TABLES = ('transition', 'goals', 'policy', 'prior', 'demonstrator', 'demonstrator_policy')
 
 
+class Estimated(NamedTuple):
+    """The Dirichlet posterior of p(X_f | X_i, A), and the policy that follows from each draw.
+
+    Attributes:
+        pseudo_counts: its parameters, shape [x_i, a, x_f].
+    """
+
+    pseudo_counts: FloatArray
+    policy: Policy
+
+
 @dataclass(frozen=True, eq=False)
 class GoalModel:
     """p(G) p(A | G, X_i) p(X_f | X_i, A) of one object, for the robot and a demonstrator.
@@ -53,6 +64,8 @@ class GoalModel:
         demonstrator_policy: P(A | G, X_i) of the demonstrator, shape [x_i, g, a'].
         domain: names, ties and states out of reach; None: no names, and no state is out of reach.
         possible: which actions can be taken at present, shape [x_i, a]; None: all of them.
+        estimated: what the rows of `transition`, and of the demonstrator with them, are estimated
+            from; None: they are certain.
     """
 
     transition: FloatArray
@@ -63,6 +76,7 @@ class GoalModel:
     demonstrator_policy: FloatArray
     domain: Domain | None = None
     possible: BoolArray | None = None
+    estimated: Estimated | None = None
 
     def __post_init__(self) -> None:
         for name in TABLES:
@@ -124,16 +138,22 @@ class GoalModel:
         table('goals', matrix, (len(matrix), len(own)))
         if len(other) != len(own):
             raise ValueError(f'Expected a demonstrator of {len(own)} states, got {len(other)}.')
-        make = direct_policy if Policy(policy) is Policy.DIRECT else explored_policy
-        chosen = make(own, goals=matrix)
+        chosen = policy_of(own, matrix, policy)
+        # Relative frequencies are taken as certain, and another demonstrator as known.
+        estimated = None
+        if isinstance(transition, TransitionModel) and demonstrator is None:
+            alpha = transition.pseudo_counts
+            if np.any(transition.prior) and alpha.any(axis=-1).all():
+                estimated = Estimated(alpha, Policy(policy))
         return cls(
             own,
             matrix,
             chosen,
             np.full(len(matrix), 1.0 / len(matrix)) if prior is None else np.asarray(prior),
             other,
-            chosen if demonstrator is None else make(other, goals=matrix),
+            chosen if demonstrator is None else policy_of(other, matrix, policy),
             domain,
+            estimated=estimated,
         )
 
     def without(self, x_i: int, actions: Collection[int]) -> GoalModel:
@@ -236,6 +256,12 @@ class GoalModel:
     def _posterior(self) -> FloatArray:
         """P(G | x_i, x_f) of every change, shape [x_i, x_f, g]."""
         return _read_only(posterior_table(self.demonstrator, self.demonstrator_policy, self.prior))
+
+
+def policy_of(transition: FloatArray, goals: FloatArray, policy: Policy) -> FloatArray:
+    """The variant `policy` of P(A | G, X_i) for transition[..., x_i, a, x_f] and goals[g, x_f]."""
+    make = direct_policy if Policy(policy) is Policy.DIRECT else explored_policy
+    return make(transition, goals=goals)
 
 
 def _transition(what: str, given: ArrayLike | TransitionModel) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from likeme_inference.tabletop.dirichlet import credible_interval
 from likeme_inference.tabletop.domain import Policy
 from likeme_inference.tabletop.goal_inference import map_goal
 from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.intended_success import meant
 from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.promise import Promise, promise
 from likeme_inference.tabletop.robot_model import RobotModel
@@ -155,15 +156,8 @@ def believe(
     Raises:
         ValueError: an object without trials, and no prior.
     """
-    soft = settings.soft_evidence
-    x_i, x_f = (
-        np.asarray(probability, dtype=np.float64) if soft and probability else state
-        for probability, state in (
-            (demo.x_i_probability, demo.x_i),
-            (demo.x_f_probability, demo.x_f),
-        )
-    )
     if not given:
+        x_i, x_f = _seen(settings, demo)
         posterior = _goal_model(model, settings, demo.object).goal_posterior(x_i, x_f)
         goal = settings.world.states[map_goal(posterior, demo.x_f)]
         sentence = sentences.belief(settings.world, demo, posterior.tolist(), goal)
@@ -182,6 +176,31 @@ def believe(
         goal=goal,
         model=model.label,
         sentence=sentence,
+    )
+
+
+def meant_by(
+    model: RobotModel,
+    settings: ImitationSettings,
+    demo: Demonstration,
+    given: tuple[float, ...] = (),
+) -> tuple[float, ...]:
+    """P(G) of what was meant, by a person who acts as the robot would (intended_success.py).
+
+    Args and errors: see `believe`.
+    """
+    if given:
+        return given
+    known = _goal_model(model, settings, demo.object)
+    return tuple(meant(known, *_seen(settings, demo)).sum(axis=0).tolist())
+
+
+def _seen(settings: ImitationSettings, demo: Demonstration) -> tuple[Any, Any]:
+    """Evidence on x_i and x_f."""
+    soft = settings.soft_evidence
+    return (
+        np.array(demo.x_i_probability, float) if soft and demo.x_i_probability else demo.x_i,
+        np.array(demo.x_f_probability, float) if soft and demo.x_f_probability else demo.x_f,
     )
 
 
@@ -212,10 +231,10 @@ def decide(
     here = tuple(each for each in blocked if each.x_i == x_i and settings.mode in ASKING_MODES)
     actions = {each.action for each in here}
     chosen = _choose(
-        known.without(x_i, actions) if here else known, settings, demo, x_i, belief, left
+        known.without(x_i, actions) if here else known, settings, demo, x_i, belief, left, given
     )
     if here and chosen.choice.kind is Kind.ASK_HUMAN:
-        whole = _choose(known, settings, demo, x_i, belief, left)
+        whole = _choose(known, settings, demo, x_i, belief, left, given)
         if whole.choice.action is not None and world.actions[whole.choice.action] in actions:
             chosen = whole._replace(choice=whole.choice._replace(kind=Kind.ASK_HUMAN))
     goal, choice, costs = chosen.goal, chosen.choice, chosen.costs
@@ -261,6 +280,7 @@ def _choose(
     x_i: State,
     belief: GoalBelief,
     left: int,
+    given: tuple[float, ...],
 ) -> _Chosen:
     """What to do for the goal that is believed, by what the settings ask by."""
     goal, mode, tau, world = belief.goal, settings.mode, settings.threshold, settings.world
@@ -271,7 +291,8 @@ def _choose(
         )
         return _Chosen(world.states[pursued], choice, costs)
     if asking is Asking.PROMISE:
-        choice, sure = choose_to_keep(known, x_i, goal, belief.posterior, mode, tau, left)
+        wanted = np.asarray(given) if given else meant(known, *_seen(settings, demo))
+        choice, sure = choose_to_keep(known, x_i, goal, wanted, mode, tau, left)
         return _Chosen(goal, choice, sure=sure)
     copied = world.action_of(demo.manner, demo.x_f)
     return _Chosen(goal, choose(known, x_i, goal, copied, mode, tau, left))

@@ -10,7 +10,8 @@ reached,
 
     threshold <- threshold + step / q (missed - alpha),
 
-q the probability that the end is known. With q = 1 this is the adaptive conformal inference of
+and where it is not certain which goal was meant, the probability that it was not reached. q is
+the probability that the end is known. With q = 1 this is the adaptive conformal inference of
 Gibbs and Candes (NeurIPS 2021), else the intermittent quantile tracking of Zhao, Simmons, Admoni,
 Ramdas and Bajcsy (2024): whatever the world does, the mean of `missed` over T episodes is within
 (range of the threshold) / (step T) of alpha, in expectation over which ends are known.
@@ -25,9 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from likeme_inference.tabletop.arrays import FloatArray
-from likeme_inference.tabletop.checks import sums_to_one, table
 from likeme_inference.tabletop.goal_inference import TIE
-from likeme_inference.tabletop.goal_model import GoalModel
 
 #: Default step; see the benchmark `judgement` for how soon it follows a change.
 STEP = 0.1
@@ -44,24 +43,26 @@ class Promise:
         threshold: of predicted success, below which the robot asks; below 0 it never does, above
             1 always.
         step: see the module.
-        recent: whether the goal was reached in the last WINDOW episodes with a known end.
+        recent: probability that the goal was reached, in each of the last WINDOW episodes with a
+            known end.
     """
 
     target: float
     threshold: float
     step: float = STEP
-    recent: tuple[bool, ...] = ()
+    recent: tuple[float, ...] = ()
 
     def asks(self, predicted_success: float) -> bool:
         """Whether the robot asks rather than acts."""
         return predicted_success < self.threshold - TIE
 
-    def after(self, acted: bool, reached: bool | None, known: float = 1.0) -> Promise:
+    def after(self, acted: bool, reached: float | None, known: float = 1.0) -> Promise:
         """The promise after an episode.
 
         Args:
             acted: whether the robot acted, rather than asked.
-            reached: whether the goal was reached then; None: not seen. Ignored if it asked.
+            reached: probability that the goal was reached then, 0 or 1 where the goal is known;
+                None: its end was not seen. Ignored if it asked.
             known: probability that the end of an episode in which it acts is seen.
 
         Raises:
@@ -71,17 +72,17 @@ class Promise:
             raise ValueError(f'Expected a probability above 0 up to 1, got {known:g}.')
         if acted and reached is None:
             return self
-        missed = acted and not reached
+        missed = 0.0 if reached is None or not acted else 1.0 - reached
         weight = known if acted else 1.0
         return replace(
             self,
             threshold=self.threshold + self.step / weight * (missed - (1 - self.target)),
-            recent=(*self.recent, not missed)[-WINDOW:],
+            recent=(*self.recent, 1.0 - missed)[-WINDOW:],
         )
 
     @property
     def kept(self) -> float:
-        """Share of `recent` in which the goal was reached; NaN without any."""
+        """Mean of `recent`, the share in which the goal was reached; NaN without any."""
         return sum(self.recent) / len(self.recent) if self.recent else math.nan
 
     @property
@@ -136,24 +137,3 @@ def asking_probabilities(predicted: ArrayLike, target: float) -> FloatArray:
         asked[alike] = min(1.0, short / gain)
         short -= gain
     return asked
-
-
-def intended_success(model: GoalModel, x_i: int, posterior: ArrayLike) -> FloatArray:
-    """P(X_f fulfils the goal that was meant | x_i, A) of every action, shape [a].
-
-    Sum over g of P(g) P(X_f fulfils g | x_i, A): what acting on the most likely goal promises of
-    that goal alone is too much, as another may have been meant.
-
-    Args:
-        model: of the object.
-        x_i: its current state.
-        posterior: P(G), shape [g].
-
-    Raises:
-        ValueError: an unknown state, or a posterior that does not sum to 1.
-    """
-    p = np.asarray(posterior, dtype=np.float64)
-    table('posterior', p, (len(model.goals),))
-    sums_to_one('posterior', p)
-    each = [model.success(x_i, g) for g in range(len(p))]
-    return np.asarray(p @ np.array(each))

@@ -48,6 +48,7 @@ from likeme_inference.tabletop.imitation import (
     can_infer,
     decide,
     first_promise,
+    meant_by,
     no_trials,
 )
 from likeme_inference.tabletop.promise import Promise
@@ -466,15 +467,26 @@ class ImitationSession:
             return first_promise(self.model, self.settings)
         return kept
 
-    def _keep_promise(self, result: Result) -> str:
+    def _keep_promise(self, result: Result, x_f: State | None) -> str:
         """Take the end of an episode into account; a sentence on the promise."""
         skipped = result is Result.SKIPPED
         if self.settings.asking is not Asking.PROMISE or skipped or self._goes_on(result):
             return ''
         acted = self.state.actor is Actor.ROBOT
-        seen = {Result.REACHED: True, Result.MISSED: False}.get(result)
+        seen = {Result.REACHED: 1.0, Result.MISSED: 0.0}.get(result)
+        if acted and seen is not None and x_f is not None:
+            seen = self._meant(x_f, seen)
         self.state.promise = self._promise.after(acted, seen)
         return f' I {self.state.promise.sentence}.'
+
+    def _meant(self, x_f: State, inferred: float) -> float:
+        """Probability that x_f was meant; `inferred`: whether it is the inferred goal."""
+        demo, decision = self._demonstrated, self.state.decision
+        confirmed = decision is not None and decision.kind is Kind.ASK_HUMAN
+        # Who answers a question that names the goal by "try" has confirmed it.
+        if confirmed or not can_infer(self.model, self.settings, demo.object):
+            return inferred
+        return meant_by(self.model, self.settings, demo, self.given)[x_f]
 
     def _goes_on(self, result: Result) -> bool:
         """Whether a result is followed by another decision on the same demonstration."""
@@ -512,7 +524,7 @@ class ImitationSession:
         decision, motion = self._under_way(self.state.phase), self.state.motion
         by_robot = self.state.actor is Actor.ROBOT
         said = sentence or sentences.outcome(decision, result, self.state.actor, x_f, motion)
-        said += self._keep_promise(result)
+        said += self._keep_promise(result, x_f)
         header = view or decision
         self.state.phase, self.state.closed = Phase.IDLE, (decision.object, self.state.last_view)
         outcome = Outcome(
