@@ -7,7 +7,8 @@
 #   --json   one JSON document with the machine, the bars and the notes
 #
 # A benchmark that compares with other libraries (inference, segmentation) installs them the first time,
-# from benchmarks/NAME_peers.lock; hold installs the operator's screen from scripts/operator.lock.
+# from benchmarks/NAME_peers.lock; hold installs the operator's screen from scripts/operator.lock, arm what
+# plans a real arm's motions from scripts/real_arm.lock.
 
 set -euo pipefail
 here=$(cd "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")" && pwd)
@@ -34,8 +35,13 @@ if [[ -f $here/../benchmarks/${name}_peers.py ]]; then
   install_extra "benchmarks/${name}_peers.lock" "peers/$name"
   export PYTHONPATH=$PYTHONPATH:$LIKEME_VENV/peers/$name
 fi
-if [[ $name == hold ]]; then
+case $name in
+  hold) extra=operator ;;
+  arm) extra=real_arm ;;
+  *) extra= ;;
+esac
+if [[ -n $extra ]]; then
   source "$here/extra.bash"
-  install_extra scripts/operator.lock
+  install_extra "scripts/$extra.lock"
 fi
 run_program "$file" "$@"
