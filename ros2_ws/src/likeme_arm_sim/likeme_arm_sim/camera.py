@@ -37,7 +37,10 @@ class CellCamera:
         self._physics_world, self._arm, self._hand = physics_world, arm, hand
         self._toys = {name: toy.parts for name, toy in toys_of(world).items()}
         self._links = panda_links()
-        self._renderer = MeshRenderer(world.camera, (*cell_background(world.table), *lying))
+        # Without the gripper, whose fingers are elsewhere each time that the arm comes home.
+        links = [mesh for name, mesh in self._links.items() if name.startswith('panda_link')]
+        background = (*cell_background(world.table), *lying)
+        self._renderer = MeshRenderer(world.camera, background, links)
         self._kinect = Kinect(world.camera, noise, seed)
 
     def restart(self, seed: int) -> None:

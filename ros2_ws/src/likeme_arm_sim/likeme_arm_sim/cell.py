@@ -16,6 +16,7 @@ from likeme_arm.primitives import check_names, check_target, execute_action, ret
 from likeme_arm_sim.arm import Arm
 from likeme_arm_sim.calibration_error import MiscalibratedMotion, draw_calibration_offset
 from likeme_arm_sim.camera import CellCamera
+from likeme_arm_sim.hand_shapes import Side
 from likeme_arm_sim.human_hand import HumanHand
 from likeme_arm_sim.kinect import RgbdImages
 from likeme_arm_sim.kinect_noise import KinectNoise
@@ -77,6 +78,7 @@ class Cell:
         arm_visible: bool = True,
         block: Callable[[], Block | None] = lambda: None,
         lying: Sequence[PaintedPlane] = (),
+        person: bool = True,
     ) -> None:
         """Build the cell.
 
@@ -87,6 +89,7 @@ class Cell:
             arm_visible: whether the camera sees the arm; a real one stands elsewhere.
             block: why nothing may move, see MotionController.
             lying: sheets on the table that the camera sees.
+            person: whether there is one; physics without the person's hands is faster.
         """
         self.world, self.settings = world, settings or CellSettings()
         self._rng = np.random.default_rng(seed)
@@ -97,9 +100,9 @@ class Cell:
         self._controller = MotionController(self.physics_world, block)
         tick = self._controller.tick
         self.arm = Arm(self.physics_world.client, kinematics, tick, speed, physics.gripper)
-        self.hand = HumanHand(self.physics_world, tick)
-        person = PersonSettings(speed=self.settings.human_speed)
-        self._person = SimulatedPerson(self.physics_world, self.hand, world, person)
+        self.hand = HumanHand(self.physics_world, tick, Side if person else ())
+        pace = PersonSettings(speed=self.settings.human_speed)
+        self._person = SimulatedPerson(self.physics_world, self.hand, world, pace)
         self._camera_seed, self._arm_visible, self._lying = seed, arm_visible, lying
         self._initial_layout = draw_layout(world, self._initial_states(), [], self._rng)
         self._apply_layout(self._initial_layout)

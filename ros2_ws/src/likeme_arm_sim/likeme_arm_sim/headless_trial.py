@@ -145,9 +145,9 @@ def settings_from_parameters(world: World, values: Mapping[str, float]) -> CellS
 
 
 def single_object_cell(world: World, name: str, settings: CellSettings | None = None) -> Cell:
-    """A cell for fast trials: one object, and an arm that skips motion through free space."""
+    """A cell for fast trials: one object, no person, and an arm that skips free space."""
     settings = replace(settings or CellSettings(), initial_states={})
-    cell = Cell(world.only(name), 0, settings)
+    cell = Cell(world.only(name), 0, settings, person=False)
     cell.arm.skip_free_space = True
     return cell
 

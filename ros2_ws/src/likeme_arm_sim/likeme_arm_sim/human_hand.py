@@ -6,7 +6,7 @@ constraint between hand and toy, because people rarely let things slip.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -29,11 +29,14 @@ class HumanHand:
     Positions are of the hand frame's origin (see hand_shapes.py), m, base_link.
     """
 
-    def __init__(self, physics_world: PhysicsWorld, tick: Callable[[], None]) -> None:
+    def __init__(
+        self, physics_world: PhysicsWorld, tick: Callable[[], None], sides: Iterable[Side] = Side
+    ) -> None:
+        """sides: hands that exist; none, if there is no person."""
         self._physics_world, self._tick = physics_world, tick
         self._client = physics_world.client
         self._physics = physics_world.physics.hand
-        self._bodies = {side: self._add_body(side) for side in Side}
+        self._bodies = {side: self._add_body(side) for side in sides}
         self._anchors = {side: self._add_anchor(body) for side, body in self._bodies.items()}
         self._grip: int | None = None
         self.side, self.posture, self.yaw, self.opening = Side.LEFT_HAND, Posture.PUSH, 0.0, OPEN
@@ -43,7 +46,7 @@ class HumanHand:
     def reset(self) -> None:
         """Put empty hands out of view: for setting up the table only."""
         self.release()
-        for side in Side:
+        for side in self._bodies:
             self.goal, self.side = AWAY, side
             self._client.resetBasePositionAndOrientation(self._bodies[side], AWAY, (0, 0, 0, 1))
             self._client.resetBaseVelocity(self._bodies[side], (0, 0, 0), (0, 0, 0))
@@ -69,7 +72,13 @@ class HumanHand:
     def take(
         self, side: Side, posture: Posture, touches: str | None = None, yaw: float = 0.0
     ) -> None:
-        """Choose hand and posture, and the only toy that it collides with; only while away."""
+        """Choose hand and posture, and the only toy that it collides with; only while away.
+
+        Raises:
+            ValueError: the hand does not exist.
+        """
+        if side not in self._bodies:
+            raise ValueError(f'Expected a hand that exists, got {side.name}.')
         self.side, self.posture, self.yaw, self.opening = side, posture, yaw, OPEN
         for name, toy in self._physics_world.toys.items():
             solid = int(name == touches)
@@ -117,6 +126,8 @@ class HumanHand:
 
     def halt(self) -> None:
         """Stop within this control step."""
+        if self.side not in self._bodies:
+            return
         self._client.resetBaseVelocity(self._bodies[self.side], (0, 0, 0), (0, 0, 0))
         self.goal = self.position
         self._drag()

@@ -26,6 +26,8 @@ from likeme_core.camera_mount import CameraMount
 
 # Greatest width of a shadow, f b / nearest, px.
 REACH = 98
+# Rows of the image in which edges are looked for at once.
+BAND = 40
 
 
 class RgbdImages(NamedTuple):
@@ -83,7 +85,7 @@ def steepness(depth: Image32, focal_length: float) -> Image32:
     """Tangent of the angle of incidence, (H, W), from central differences; huge across edges."""
     slope = np.zeros(depth.shape, np.float32)
     cv2.absdiff(depth[:, 2:], depth[:, :-2], dst=slope[:, 1:-1])
-    slope[1:-1] = cv2.max(slope[1:-1], cv2.absdiff(depth[2:], depth[:-2]))
+    cv2.max(slope[1:-1], cv2.absdiff(depth[2:], depth[:-2]), dst=slope[1:-1])
     slope /= depth
     slope *= np.float32(focal_length / 2)
     return slope
@@ -98,6 +100,10 @@ class Kinect:
         self._camera = camera
         self._noise = noise or KinectNoise()
         self._tiles = NoiseTiles(camera, self._noise, np.random.default_rng(seed))
+        # Of the last frame: ideal depth, where the projector's light does not reach, steepness.
+        self._seen = np.full((camera.height, camera.width), np.nan, np.float32)
+        self._dark = np.zeros(self._seen.shape, bool)
+        self._steep = np.zeros_like(self._seen)
 
     def restart(self, seed: int) -> None:
         """Reseed the noise of the frames; the fixed noise of the sensor stays."""
@@ -119,11 +125,12 @@ class Kinect:
         return self._tiles.grain(rgb)
 
     def _depth(self, ideal: Image32) -> NDArray[np.uint16]:
-        noise, camera = self._noise, self._camera
+        noise = self._noise
         # Infinite depth would make differences NaN; out of range there is no reading anyway.
         depth = np.ascontiguousarray(np.minimum(ideal, np.float32(2 * noise.farthest)))
-        lost = in_projector_shadow(depth, camera.fx * noise.baseline)
-        lost |= steepness(depth, camera.fx) > self._tiles.steepest()
+        self._update_edges(depth)
+        lost = self._steep > self._tiles.steepest()
+        lost |= self._dark
         measured = self._tiles.scatter(depth)
         deviation = axial_sigma(measured, noise)
         deviation *= self._tiles.axial()
@@ -135,3 +142,16 @@ class Kinect:
         measured += np.float32(0.5)
         measured *= ~lost
         return measured.astype(np.uint16)
+
+    def _update_edges(self, depth: Image32) -> None:
+        """Find shadow and steepness in those bands of the image that differ from the last one."""
+        camera, shift = self._camera, self._camera.fx * self._noise.baseline
+        for top in range(0, len(depth), BAND):
+            # Steepness depends on the rows above and below.
+            first, end = max(top - 1, 0), top + BAND
+            if np.array_equal(depth[first : end + 1], self._seen[first : end + 1]):
+                continue
+            self._dark[top:end] = in_projector_shadow(depth[top:end], shift)
+            steep = steepness(depth[first : end + 1], camera.fx)
+            self._steep[top:end] = steep[top - first :][:BAND]
+        self._seen = depth

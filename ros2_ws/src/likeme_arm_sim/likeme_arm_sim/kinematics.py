@@ -53,6 +53,7 @@ class Kinematics:
         infos = [self._client.getJointInfo(self._arm, j) for j in ARM_JOINTS + FINGER_JOINTS]
         self._all_lower = [info[8] for info in infos]
         self._all_upper = [info[9] for info in infos]
+        self._ranges = [hi - lo for lo, hi in zip(self._all_lower, self._all_upper, strict=True)]
         self.lower = np.array(self._all_lower[:7])
         self.upper = np.array(self._all_upper[:7])
         self.max_velocity = np.array([info[11] for info in infos[:7]])
@@ -60,8 +61,9 @@ class Kinematics:
 
     def forward(self, joints: Vector) -> tuple[Vector, Vector]:
         """Grasp point (m) and its orientation (quaternion xyzw) for seven joint angles (rad)."""
-        for joint, angle in zip(ARM_JOINTS, joints, strict=True):
-            self._client.resetJointState(self._arm, joint, float(angle))
+        # One call: each one moves all of the links.
+        angles = [[angle] for angle in joints.tolist()]
+        self._client.resetJointStatesMultiDof(self._arm, ARM_JOINTS, angles)
         state = self._client.getLinkState(self._arm, GRASP_LINK, computeForwardKinematics=True)
         return np.array(state[4]), np.array(state[5])
 
@@ -88,6 +90,7 @@ class Kinematics:
             )
         orientation = pybullet.getQuaternionFromEuler((np.pi, 0.0, pose.yaw))
         joints = np.array(seed, dtype=float)
+        self.forward(joints)
         for _ in range(REFINEMENTS):
             joints = np.clip(self._refine(pose, orientation, joints), self.lower, self.upper)
             miss, turn = self._residual(pose, orientation, joints)
@@ -119,7 +122,7 @@ class Kinematics:
         return np.array([np.arctan2(pose.y, pose.x), *READY[1:]])
 
     def _refine(self, pose: ToolPose, orientation: Any, joints: Vector) -> Vector:
-        self.forward(joints)
+        """Joints nearer to the pose than those that the copy of the arm has."""
         solution = self._client.calculateInverseKinematics(
             self._arm,
             GRASP_LINK,
@@ -127,7 +130,7 @@ class Kinematics:
             orientation,
             lowerLimits=self._all_lower,
             upperLimits=self._all_upper,
-            jointRanges=[hi - lo for lo, hi in zip(self._all_lower, self._all_upper, strict=True)],
+            jointRanges=self._ranges,
             restPoses=[*joints.tolist(), 0.02, 0.02],
             maxNumIterations=20,
             residualThreshold=1e-5,

@@ -124,7 +124,10 @@ class PhysicsWorld:
 
     def _add_slab(self, half: tuple[float, ...], centre: tuple[float, ...]) -> int:
         shape = self.client.createCollisionShape(pybullet.GEOM_BOX, halfExtents=half)
-        body = self.client.createMultiBody(0.0, shape, basePosition=centre)
+        # A rigid body: as a multibody each contact with it costs twice as many terms, all zero.
+        body = self.client.createMultiBody(
+            0.0, shape, basePosition=centre, useMaximalCoordinates=True
+        )
         # Bullet multiplies restitutions: with 1, each toy's own counts.
         friction = self.physics.ground_friction
         self.client.changeDynamics(body, -1, lateralFriction=friction, restitution=1.0)

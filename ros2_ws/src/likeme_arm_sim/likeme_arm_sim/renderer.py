@@ -7,8 +7,10 @@ the bodies that may move are rasterised (see raster.py).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import groupby
 from typing import NamedTuple
 
 import cv2
@@ -26,6 +28,9 @@ LIGHT = np.array([-0.30, 0.35, 0.89]) / np.linalg.norm([-0.30, 0.35, 0.89])
 AMBIENT, DIFFUSE = 0.45, 0.55
 # The static background is drawn this much finer and averaged: smooth edges at no cost per frame.
 SUPERSAMPLING = 2
+# Number of pictures of returning bodies that are kept, and of their poses that are remembered: a
+# picture is made at the second time.
+PICTURES, POSES = 8, 64
 
 
 class RenderBody(NamedTuple):
@@ -60,6 +65,18 @@ class Rendering(NamedTuple):
 
     rgb: NDArray[np.uint8]
     depth: NDArray[np.float32]
+
+
+#: Bodies by mesh and pose, 4x4, as bytes.
+_Placed = tuple[tuple[ConvexMesh, bytes], ...]
+
+
+class _Picture(NamedTuple):
+    """Bodies alone: the image's rows that show them, their colour, and inverse depth or -1."""
+
+    rows: slice
+    rgb: NDArray[np.uint8]
+    inverse: NDArray[np.float32]
 
 
 class CameraProjection:
@@ -106,8 +123,13 @@ class MeshRenderer:
     """Draws moving convex bodies in front of a static background."""
 
     def __init__(
-        self, camera: CameraMount, background: Sequence[RenderBody | PaintedPlane] = ()
+        self,
+        camera: CameraMount,
+        background: Sequence[RenderBody | PaintedPlane] = (),
+        returning: Collection[ConvexMesh] = (),
     ) -> None:
+        """returning: meshes that often return to the same pose; their pictures there are kept."""
+        self._returning = frozenset(returning)
         self._view = CameraProjection(camera)
         _, self._static_inverse, surface = _draw_static(CameraProjection(camera), background)
         heights = [item.shadows_at for item in background if isinstance(item, PaintedPlane)]
@@ -121,24 +143,64 @@ class MeshRenderer:
         self._static_rgb = np.asarray(
             cv2.resize(fine, size, interpolation=cv2.INTER_AREA), np.uint8
         )
+        self._picture = lru_cache(PICTURES)(self._drawn_alone)
+        self._met: dict[_Placed, None] = {}
 
     def render(self, bodies: Sequence[RenderBody]) -> Rendering:
         """The frame with `bodies` in front of the background."""
         rgb, inverse = self._static_rgb.copy(), self._static_inverse.copy()
         for shadows in self._shadows:
             shadows.cast(rgb, bodies)
-        if bodies:
-            parts = [self._view.front_faces(body) for body in bodies]
-            corners = np.concatenate([corners for corners, _ in parts])
-            colours = np.concatenate([colours for _, colours in parts]).astype(np.float32)
-            found, triangle = self._view.fragments(corners)
-            nearest = _nearest(found, inverse)
-            pixel, triangle, shade = found.pixel[nearest], triangle[nearest], found.shade[nearest]
-            # One channel at a time is three times as fast as rows of three bytes.
-            for channel in range(3):
-                rgb.reshape(-1, 3)[pixel, channel] = colours[:, channel][triangle] * shade
+        for returns, group in groupby(bodies, lambda body: body.mesh in self._returning):
+            some = list(group)
+            placed = tuple((body.mesh, body.pose.tobytes()) for body in some)
+            if returns and self._has_met(placed):
+                _put(self._picture(placed), rgb, inverse)
+            else:
+                self._draw(some, rgb, inverse)
         with np.errstate(divide='ignore'):
             return Rendering(rgb, np.divide(np.float32(1.0), inverse, out=inverse))
+
+    def _draw(
+        self, bodies: Sequence[RenderBody], rgb: NDArray[np.uint8], inverse: NDArray[np.float32]
+    ) -> None:
+        """Draw bodies into an image of colour and inverse depth, in place."""
+        parts = [self._view.front_faces(body) for body in bodies]
+        corners = np.concatenate([corners for corners, _ in parts])
+        colours = np.concatenate([colours for _, colours in parts]).astype(np.float32)
+        found, triangle = self._view.fragments(corners)
+        nearest = _nearest(found, inverse)
+        pixel, triangle, shade = found.pixel[nearest], triangle[nearest], found.shade[nearest]
+        # One channel at a time is three times as fast as rows of three bytes.
+        for channel in range(3):
+            rgb.reshape(-1, 3)[pixel, channel] = colours[:, channel][triangle] * shade
+
+    def _has_met(self, placed: _Placed) -> bool:
+        """Whether bodies were drawn there lately; from now on they were."""
+        met = placed in self._met
+        self._met[placed] = None
+        if len(self._met) > POSES:
+            del self._met[next(iter(self._met))]
+        return met
+
+    def _drawn_alone(self, placed: _Placed) -> _Picture:
+        """Bodies in front of nothing."""
+        rgb, inverse = np.zeros_like(self._static_rgb), np.full_like(self._static_inverse, -1)
+        bodies = [RenderBody(mesh, np.frombuffer(pose).reshape(4, 4)) for mesh, pose in placed]
+        self._draw(bodies, rgb, inverse)
+        shown = np.flatnonzero((inverse > 0).any(axis=1))
+        rows = slice(shown[0], shown[-1] + 1) if len(shown) else slice(0, 0)
+        return _Picture(rows, rgb[rows].copy(), inverse[rows].copy())
+
+
+def _put(picture: _Picture, rgb: NDArray[np.uint8], inverse: NDArray[np.float32]) -> None:
+    """Draw kept bodies into an image of colour and inverse depth, in place."""
+    rows = picture.rows
+    if len(picture.rgb) == 0:
+        return
+    nearest = picture.inverse >= inverse[rows]
+    cv2.copyTo(picture.rgb, nearest.view(np.uint8), rgb[rows])
+    np.maximum(inverse[rows], picture.inverse, out=inverse[rows])
 
 
 def _nearest(found: Fragments, inverse_depth: NDArray[np.float32]) -> NDArray[np.intp]:

@@ -8,6 +8,7 @@ shadow fades with the part's height above the surface, and bodies do not shade e
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -23,6 +24,8 @@ DARKEST, FADING = 105.0, 0.16
 CONTACT = 0.05
 # Standard deviation of the one, and width of the box blurred with twice for the other, coarse px.
 CRISP, WIDE = 1.2, 9
+# Number of outlines that are kept: bodies often are where they were.
+KEPT = 256
 
 
 class SoftShadows:
@@ -48,6 +51,7 @@ class SoftShadows:
         origin = rotation @ (np.array([0.0, 0.0, height]) - pose[:3, 3])
         view = np.column_stack([rotation[:, 0], rotation[:, 1], origin])
         self._to_image = np.diag([1 / COARSE, 1 / COARSE, 1.0]) @ intrinsics @ view
+        self._outline = lru_cache(KEPT)(self._outline_at)
 
     def cast(
         self, rgb: NDArray[np.uint8], bodies: Sequence[tuple[ConvexMesh, NDArray[np.float64]]]
@@ -68,7 +72,7 @@ class SoftShadows:
         width, height = self._size
         crisp = np.zeros((height // COARSE, width // COARSE), np.uint8)
         wide = np.zeros_like(crisp)
-        cast = [self._outline(mesh, pose) for mesh, pose in bodies]
+        cast = [self._outline(mesh, pose.tobytes()) for mesh, pose in bodies]
         # The highest first: what is drawn later is nearer the surface and darker.
         for clearance, outline in sorted((c for c in cast if c is not None), key=lambda c: -c[0]):
             tone = DARKEST * np.exp(-clearance / FADING)
@@ -79,10 +83,14 @@ class SoftShadows:
         soft = cv2.blur(cv2.blur(wide, (WIDE, WIDE)), (WIDE, WIDE))
         return np.asarray(cv2.max(cv2.GaussianBlur(crisp, (0, 0), CRISP), soft))
 
-    def _outline(
-        self, mesh: ConvexMesh, pose: NDArray[np.float64]
+    def _outline_at(
+        self, mesh: ConvexMesh, matrix: bytes
     ) -> tuple[float, NDArray[np.int32]] | None:
-        """A part's clearance, m, and its shadow's outline, 1/16 coarse px; None if below."""
+        """A part's clearance, m, and its shadow's outline, 1/16 coarse px; None if below.
+
+        matrix: the pose, 4x4.
+        """
+        pose = np.frombuffer(matrix).reshape(4, 4)
         points = mesh.vertices @ pose[:3, :3].T + pose[:3, 3]
         above = points[:, 2] - self._height
         if above.max() <= 0.0:

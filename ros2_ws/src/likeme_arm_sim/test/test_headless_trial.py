@@ -21,7 +21,7 @@ from likeme_arm_sim.headless_trial import (
 )
 from likeme_arm_sim.physics import Physics
 from likeme_arm_sim.toys import toys_of
-from likeme_core.outcomes import MotionOutcome
+from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.paper_world import (
     LEFT,
     PLACE_LEFT,
@@ -134,6 +134,18 @@ def test_a_trial_depends_on_its_seed_alone() -> None:
     assert ends[0][0] is ends[1][0]
     assert ends[0][1].message == ends[1][1].message
     assert np.hypot(places[0].x - places[1].x, places[0].y - places[1].y) < 1e-6
+
+
+def test_a_trial_ends_where_it_does_beside_a_person() -> None:
+    alone = single_object_cell(WORLD, 'lemon')
+    beside = Cell(WORLD.only('lemon'), 0, CellSettings(initial_states={}))
+    beside.arm.skip_free_space = True
+    for action in (PLACE_RIGHT, PUSH_RIGHT):
+        ends = [run_trial(made, 'lemon', LEFT, action, 4) for made in (alone, beside)]
+        assert ends[0] == ends[1]
+        assert alone.true_states() == beside.true_states()
+    with pytest.raises(ValueError, match='Expected a hand that exists'):
+        alone.run_action(Actor.HUMAN, 'lemon', PUSH_LEFT, alone.true_states().get)
 
 
 def test_the_gripper_occludes_pushes_to_the_right_only() -> None:

@@ -107,6 +107,20 @@ def test_the_same_seed_gives_the_same_images_and_another_does_not() -> None:
     assert not np.array_equal(a.depth_mm, one.sense(flat(1.0)).depth_mm)
 
 
+def test_a_frame_does_not_depend_on_the_one_before() -> None:
+    used = Kinect(CAMERA, seed=7)
+    depth = block(0.9, 1.2)
+    depth[200:] = 1.0
+    depth[310:320, 100:140] = 0.8
+    for before in (flat(1.0), flat(1.0)._replace(depth=block(0.9, 1.2))):
+        used.sense(before)
+        fresh = Kinect(CAMERA, seed=7)
+        for kinect in (used, fresh):
+            kinect.restart(1)
+        seen = [kinect.sense(flat(1.0)._replace(depth=depth)) for kinect in (used, fresh)]
+        assert np.array_equal(seen[0].depth_mm, seen[1].depth_mm)
+
+
 def test_patterns_take_turns_and_are_noise_like_any_other() -> None:
     kinect = Kinect(CAMERA, replace(KinectNoise(), patterns=2, disparity_step=1e-4), seed=3)
     images = [kinect.sense(flat(1.0)) for _ in range(5)]

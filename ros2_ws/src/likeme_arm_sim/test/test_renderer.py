@@ -110,6 +110,19 @@ def test_the_camera_sees_what_pybullets_own_renderer_sees() -> None:
     assert np.abs(ours - theirs)[seen].max() < 1e-5
 
 
+def test_bodies_that_return_to_a_pose_look_as_when_they_are_drawn_anew() -> None:
+    camera, bodies = SCENE.camera, crowd(np.random.default_rng(3))
+    background = cell_background(SCENE.table)
+    plain = MeshRenderer(camera, background)
+    keeping = MeshRenderer(camera, background, [mesh for mesh, _ in bodies[5:15]])
+    moved = [RenderBody(mesh, pose + at(0.0, 0.0, 0.01) - np.eye(4)) for mesh, pose in bodies]
+    # Drawn, pictured, its picture shown behind and in front of other bodies; elsewhere; again.
+    for frame in (bodies, bodies, bodies[:15], moved[:5] + bodies[5:15], moved, bodies):
+        expected, found = plain.render(frame), keeping.render(frame)
+        assert np.array_equal(expected.rgb, found.rgb)
+        assert np.array_equal(expected.depth, found.depth)
+
+
 def bullet_depth(camera: CameraMount, size: tuple[float, ...], place: tuple[float, ...]) -> Floats:
     near, far = 0.1, 10.0
     client = bullet.connect(bullet.DIRECT)

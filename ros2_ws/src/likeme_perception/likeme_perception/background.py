@@ -21,6 +21,7 @@ from likeme_perception.table_detection import find_table, table_pixels
 ImageF = NDArray[np.float32]
 ImageB = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
 # The scene moved if the depth deviates by more than this (m) in more than this share of pixels.
 _UNSTEADY_DEPTH = 0.05
@@ -28,6 +29,11 @@ _UNSTEADY_SHARE = 0.015
 # Edge (m) of the blocks of the table in which depth is looked for, less than an object's; and the
 # share of readings from which a block is seen.
 _BLOCK, _READ = 0.03, 0.25
+# One pixel in so many of the bare table is looked at; so near (px) to its edge they do not count.
+_EVERY, _EDGE = 17, 4
+
+#: Points within this (m) of a plane lie on it.
+ON_PLANE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +63,14 @@ class Background:
         """Foreground mask, morphologically opened, (H, W) 0 or 1."""
         mask = (frame.depth < self.nearest).view(np.uint8)
         return cast(ImageB, cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)))
+
+    @cached_property
+    def bare_pixels(self) -> Index:
+        """Some of the pixels that showed the bare table, flat indices."""
+        height = self.depth * self.view.slope + self.view.origin[2]
+        bare = self.table & (np.abs(height) < ON_PLANE)
+        inner = cv2.erode(bare.astype(np.uint8), np.ones((2 * _EDGE + 1,) * 2, np.uint8))
+        return np.flatnonzero(inner)[::_EVERY]
 
     @cached_property
     def _table_blocks(self) -> Mask:

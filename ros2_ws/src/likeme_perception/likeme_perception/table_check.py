@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from functools import cached_property
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from likeme_core.stamps import nanoseconds
-from likeme_perception.background import Background
+from likeme_perception.background import ON_PLANE, Background
 from likeme_perception.rgbd import RgbdFrame
 
 Index = NDArray[np.intp]
 
-# One pixel in so many of the bare table is looked at, and the least number of them for a verdict.
-_EVERY, _LEAST = 17, 50
-# Of these every so manieth is enough for light and holes; the edges need more.
+# Least number of pixels of the bare table for a verdict.
+_LEAST = 50
+# Every so manieth of them is enough for light and holes; the edges need more.
 _COARSER = 5
 # Least share of them with a reading: with less, objects are no longer found (bench.sh eyes).
 _LEAST_READ = 0.4
@@ -25,12 +24,10 @@ _PERIOD, _TIMES = 0.25, 3
 # Greatest tilt (rad) and distance (m) of the table's plane; their noise is 0.06 degrees and 1 mm.
 _TILT, _LIFT = float(np.radians(0.5)), 0.01
 # Depth (m) below the table at which a pixel sees past it, and the greatest share of such pixels;
-# at rest it is 0. Pixels so near (px) to the table's edge do not count.
-_PAST, _PAST_SHARE, _EDGE = 0.04, 0.005, 4
+# at rest it is 0.
+_PAST, _PAST_SHARE = 0.04, 0.005
 # Least share of readings on the found plane: with less, something covers the table.
 _LEAST_ON_PLANE = 0.3
-# Points within this (m) of a plane lie on it.
-_ON_PLANE = 0.01
 
 #: Reasons why a frame tells nothing.
 CAMERA_MOVED, DEPTH_MISSING = 'camera moved', 'depth missing'
@@ -45,10 +42,7 @@ class TableCheck:
 
     def __init__(self, background: Background) -> None:
         self._view = background.view
-        height = background.depth * self._view.slope + self._view.origin[2]
-        bare = background.table & (np.abs(height) < _ON_PLANE)
-        inner = cv2.erode(bare.astype(np.uint8), np.ones((2 * _EDGE + 1,) * 2, np.uint8))
-        self._pixels = np.flatnonzero(inner)[::_EVERY]
+        self._pixels = background.bare_pixels
         self._some = self._pixels[::_COARSER]
         self._slope = self._view.slope.take(self._some)
         self._looked, self._deviating = 0, 0
@@ -67,7 +61,7 @@ class TableCheck:
     def bare_now(self, frame: RgbdFrame) -> Index:
         """Those of them that nothing covers now; all, if there are too few to tell."""
         height = frame.depth.take(self._some) * self._slope + self._view.origin[2]
-        bare = self._some[np.abs(height) < _ON_PLANE]
+        bare = self._some[np.abs(height) < ON_PLANE]
         return bare if len(bare) >= _LEAST else self._some
 
     def unread(self, frame: RgbdFrame) -> bool:
@@ -114,10 +108,10 @@ def _level(points: NDArray[np.float32]) -> tuple[float, float, float, float]:
     if not regular.any():
         return 0.0, 0.0, 0.0, 0.0
     planes = np.linalg.solve(design[triples[regular]], z[triples[regular]][..., None])[..., 0]
-    counts = (np.abs(design[some] @ planes.T - z[some, None]) < _ON_PLANE).sum(axis=0)
+    counts = (np.abs(design[some] @ planes.T - z[some, None]) < ON_PLANE).sum(axis=0)
     plane = planes[counts.argmax()]
     for _ in range(2):
-        on = np.abs(design @ plane - z) < _ON_PLANE
+        on = np.abs(design @ plane - z) < ON_PLANE
         if on.sum() < _LEAST:
             return 0.0, 0.0, 0.0, 0.0
         plane = np.linalg.lstsq(design[on], z[on], rcond=None)[0]
