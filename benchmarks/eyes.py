@@ -26,7 +26,9 @@ WRONG = 1e-4
 ECE = 0.02
 #: Share of states at rest that should be known; none: nothing is asked.
 USABLE = {
-    'light 0.3': 0.95, 'light 3': None, 'warm lamp': 0.95, 'cold lamp': 0.95,
+    'light 0.3': 0.95, 'light 3': 0.95, 'warm lamp': 0.95, 'cold lamp': 0.95,
+    'warm lamp, light 2': 0.95, 'cold lamp, light 2': 0.95,
+    'light 2, banana for the lemon': None, 'light 2, second lemon put down': None,
     '30 % of the depth missing': 0.9, 'black for 1 s': None, 'no depth for 1 s': None,
     '99.9 % of the depth missing in acts': None, 'camera bumped by 1 deg': None,
     'camera bumped by 2 deg': None, 'camera bumped by 5 deg': None,
@@ -37,7 +39,8 @@ USABLE = {
 RECALL = {'nominal, 30 Hz': 0.98, 'nominal, 15 Hz': 0.98} | dict.fromkeys(
     (
         'light 0.3', 'light 0.5', 'light 1.5', 'light 2', 'light 0.5 once learned',
-        'light 1.5 once learned', 'warm lamp', 'cold lamp', '30 % of the depth missing',
+        'light 1.5 once learned', 'light 2 once learned', 'warm lamp', 'cold lamp',
+        'warm lamp, light 2', 'cold lamp, light 2', '30 % of the depth missing',
         'half of the frames', '5 Hz',
     ), 0.95,
 )  # fmt: skip

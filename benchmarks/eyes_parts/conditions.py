@@ -115,8 +115,15 @@ CONDITIONS: Sequence[Condition] = (
     ),
     Condition('light 0.5 once learned', change=light(0.5, 0.5, 0.5, since=EVENT)),
     Condition('light 1.5 once learned', change=light(1.5, 1.5, 1.5, since=EVENT)),
+    Condition('light 2 once learned', change=light(2.0, 2.0, 2.0, since=EVENT)),
     Condition('warm lamp', change=light(1.15, 0.95, 0.6)),
     Condition('cold lamp', change=light(0.75, 0.95, 1.25)),
+    Condition('warm lamp, light 2', change=light(2.3, 1.9, 1.2)),
+    Condition('cold lamp, light 2', change=light(1.5, 1.9, 2.5)),
+    Condition('light 2, banana for the lemon', BananaForLemon(), change=light(2.0, 2.0, 2.0)),
+    Condition(
+        'light 2, second lemon put down', SecondLemon(since=EVENT), change=light(2.0, 2.0, 2.0)
+    ),
     Condition('30 % of the depth missing', change=holes(0.3, always)),
     Condition('black for 1 s', change=black),
     Condition('no depth for 1 s', change=holes(1.1, at_rest_second)),

@@ -13,7 +13,9 @@ import yaml
 from numpy.typing import NDArray
 
 from likeme_core.world import World
+from likeme_perception.clipped_colour import clipped_log_density
 from likeme_perception.colour import ColourComponent, LogDensity, mixture_log_density, mixture_of
+from likeme_perception.light import Caps
 from likeme_perception.top_view import Shape
 
 # Share of a round object's extent that is seen from above; its sides are too steep.
@@ -75,6 +77,21 @@ class Catalogue:
     def likeliest(self) -> NDArray[np.intp]:
         """Index of the most likely object at each colour bin, (bins,)."""
         return np.asarray(self.log_density.argmax(axis=0))
+
+
+@dataclass(frozen=True)
+class ClippedCatalogue(Catalogue):
+    """The known objects as they look where colours are cut off at `caps`.
+
+    Some may look the same then: identities are doubtful, see identification.one_of_each.
+    """
+
+    caps: Caps = (255, 255, 255)
+
+    @cached_property
+    def log_density(self) -> LogDensity:
+        """See clipped_log_density, (objects, bins)."""
+        return clipped_log_density([o.colour for o in self.objects], self.caps)
 
 
 def _poses(known: CatalogueObject) -> NDArray[np.float64]:

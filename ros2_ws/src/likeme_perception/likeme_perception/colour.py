@@ -69,18 +69,28 @@ def _bin_centres() -> NDArray[np.float64]:
 def mixture_log_density(parts: tuple[ColourComponent, ...]) -> LogDensity:
     """log p(colour) of a Gaussian mixture at each bin, (BINS,).
 
+    See mixture_density.
+    """
+    with np.errstate(divide='ignore'):
+        log_density = np.log(mixture_density(parts, _bin_centres()))
+    return np.maximum(log_density, FLOOR_LOG_DENSITY).astype(np.float32)
+
+
+def mixture_density(
+    parts: tuple[ColourComponent, ...], lab: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """p(colour) of a Gaussian mixture at colours (N, 3), CIELAB units.
+
     Deviations are at least 12 in L and 5 in a and b, since another lamp or white balance shifts
     every colour.
     """
-    centres = _bin_centres()
-    density = np.zeros(len(centres))
+    density = np.zeros(len(lab))
     for part in parts:
         deviation = np.maximum(part.deviation, (12.0, 5.0, 5.0))
-        distance = ((centres - part.mean) / deviation) ** 2
+        distance = ((lab - part.mean) / deviation) ** 2
         norm = (2 * np.pi) ** 1.5 * deviation.prod()
         density += part.weight * np.exp(-0.5 * distance.sum(axis=1)) / norm
-    with np.errstate(divide='ignore'):
-        return np.maximum(np.log(density), FLOOR_LOG_DENSITY).astype(np.float32)
+    return density
 
 
 def mixture_of(lab: NDArray[np.float64], parts: int = 3) -> tuple[ColourComponent, ...]:

@@ -24,11 +24,18 @@ class HandArmColour:
     """Colour histogram of a hand or an arm, compared with the colours of known objects."""
 
     def __init__(self, known: LogDensity | None) -> None:
-        """known: greatest log p(colour) over the known objects at each bin; None without any."""
+        """known: see compare_with."""
+        self.compare_with(known)
+        self._histogram = ColourHistogram()
+
+    def compare_with(self, known: LogDensity | None) -> None:
+        """Use other colours of the known objects from now on.
+
+        known: greatest log p(colour) over them at each bin; None without any.
+        """
         self._known = known
         others = np.full(BINS, UNKNOWN_LOG_DENSITY) if known is None else known
         self._others = np.maximum(others, UNKNOWN_LOG_DENSITY)
-        self._histogram = ColourHistogram()
 
     @property
     def log_density(self) -> LogDensity:

@@ -70,8 +70,17 @@ class HandArmSegmenter:
         """catalogue: greatest log p(colour) over the known objects at each bin; None without."""
         self._config = config
         self._previous = {'hand': np.zeros(0, np.intp), 'arm': np.zeros(0, np.intp)}
+        self._catalogue = catalogue
         self._colours = {kind: HandArmColour(catalogue) for kind in self._previous}
         self._reaches_in = False
+
+    def compare_with(self, catalogue: LogDensity | None) -> None:
+        """Use other colours of the known objects from now on; catalogue: see __init__."""
+        if catalogue is self._catalogue:
+            return
+        self._catalogue = catalogue
+        for colour in self._colours.values():
+            colour.compare_with(catalogue)
 
     def segment(
         self, frame: RgbdFrame, foreground: ImageB, background: Background, protected: ImageB

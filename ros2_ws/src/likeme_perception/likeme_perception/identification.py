@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from likeme_perception.catalogue import Catalogue
+from likeme_perception.catalogue import Catalogue, ClippedCatalogue
 from likeme_perception.colour import UNKNOWN_LOG_DENSITY, Bins
 from likeme_perception.top_view import Shape
 
@@ -22,6 +22,10 @@ _TOO_LONG = 1.6
 _SHORTEST, _LONGEST = 0.01, 0.4
 # Probability that an object in no catalogue has the colours of a known one.
 _SAME_COLOUR = 0.5
+# Least probability of what a blob may be.
+_POSSIBLE = 0.01
+# So many objects are at most one blob each; 2 ** _ONCE sets of them are looked at.
+_ONCE = 10
 
 
 class Assignment(NamedTuple):
@@ -87,12 +91,54 @@ def fits(probability: NDArray[np.float64], least: float) -> int | None:
     return k if probability[k] >= least and probability[k] > probability[-1] else None
 
 
+def one_of_each(probability: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The same where each object is at most one of the blobs, (blobs, objects + 1).
+
+    The marginals over all assignments of objects to blobs, weighted by the product of their
+    probabilities; dynamic programming over the set of objects that are taken. Of many objects the
+    least likely ones may be several blobs, as what is in no catalogue.
+    """
+    blobs, objects = len(probability), probability.shape[1] - 1
+    once = np.argsort(-probability[:, :-1].max(axis=0, initial=0.0), kind='stable')[:_ONCE]
+    often = np.setdiff1d(np.arange(objects + 1), once)
+    taken = np.arange(1 << len(once))
+    free = [np.flatnonzero(taken >> bit & 1 == 0) for bit in range(len(once))]
+    before = np.zeros((blobs + 1, len(taken)))
+    after = np.zeros((blobs + 1, len(taken)))
+    before[0, 0], after[blobs] = 1.0, 1.0
+    for b in range(blobs):
+        before[b + 1] = before[b] * probability[b, often].sum()
+        for bit, k in enumerate(once):
+            before[b + 1, free[bit] | 1 << bit] += before[b, free[bit]] * probability[b, k]
+    for b in reversed(range(blobs)):
+        after[b] = after[b + 1] * probability[b, often].sum()
+        for bit, k in enumerate(once):
+            after[b, free[bit]] += after[b + 1, free[bit] | 1 << bit] * probability[b, k]
+    joint = np.zeros_like(probability)
+    for b in range(blobs):
+        joint[b, often] = probability[b, often] * (before[b] @ after[b + 1])
+        for bit, k in enumerate(once):
+            pairs = before[b, free[bit]] @ after[b + 1, free[bit] | 1 << bit]
+            joint[b, k] = probability[b, k] * pairs
+    return np.asarray(joint / joint.sum(axis=1, keepdims=True))
+
+
 def alike_in_colour(catalogue: Catalogue, bins: Bins) -> set[int]:
-    """The object, if any, that a blob most probably is by its colours alone."""
+    """The object, if any, that a blob most probably is by its colours alone.
+
+    Where colours are clipped, all that it may be.
+    """
     if not catalogue.objects:
         return set()
-    k = int(identity_probability(catalogue, bins).argmax())
-    return {k} - {len(catalogue.objects)}
+    probability = identity_probability(catalogue, bins)
+    if isinstance(catalogue, ClippedCatalogue):
+        return possible(probability)
+    return {int(probability.argmax())} - {len(catalogue.objects)}
+
+
+def possible(probability: NDArray[np.float64]) -> set[int]:
+    """The objects that a blob may be, however unlikely; probability: (objects + 1,)."""
+    return {int(k) for k in np.flatnonzero(probability[:-1] > _POSSIBLE)}
 
 
 def alike_in_size(catalogue: Catalogue, shape: Shape) -> set[int]:

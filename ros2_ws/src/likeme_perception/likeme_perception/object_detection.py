@@ -10,12 +10,18 @@ from numpy.typing import NDArray
 
 from likeme_perception.background import Background
 from likeme_perception.blobs import Blob, Index
-from likeme_perception.catalogue import Catalogue
+from likeme_perception.catalogue import Catalogue, ClippedCatalogue
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.convex_splitter import ConvexSplitter
 from likeme_perception.depth_shadow import detect_in_depth_shadow
 from likeme_perception.hand_arm_segmentation import HandArmSegmentation
-from likeme_perception.identification import Assignment, assign, fits, identity_probability
+from likeme_perception.identification import (
+    Assignment,
+    assign,
+    fits,
+    identity_probability,
+)
+from likeme_perception.resting_identities import Resting, RestingIdentities
 from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.top_view import (
     Shape,
@@ -35,6 +41,8 @@ _POSES = 1.3
 _LEAST_HEIGHT = 6.0
 # Area of the smallest convex part, in least areas of an object.
 _LEAST_PART = 2.0
+# Least probability to call a blob by a name where colours are clipped.
+_SURE = 0.9
 
 
 class ObjectDetection(NamedTuple):
@@ -67,6 +75,7 @@ class ObjectDetector:
         self._splitter = ConvexSplitter()
         # Pixels of the named objects of the frame before, in order.
         self._before: list[Index] = []
+        self._resting = RestingIdentities()
 
     def detect(
         self,
@@ -74,11 +83,14 @@ class ObjectDetector:
         limb_mask: ImageB | None,
         frame: RgbdFrame,
         background: Background,
+        looks: Catalogue,
     ) -> Detections:
         """The objects of a frame.
 
-        limb_mask: dilated mask of hand and arm, (H, W); None: none is in view.
+        limb_mask: dilated mask of hand and arm, (H, W); None: none is in view. looks: the known
+        objects under the light of this frame.
         """
+        self._catalogue = looks
 
         def detected(blob: Blob, part: bool = False) -> ObjectDetection:
             beside = limb_mask is not None and bool(limb_mask.take(blob.pixels).any())
@@ -94,11 +106,24 @@ class ObjectDetector:
         assigned: dict[int, Assignment] = {}
         if whole and self._catalogue.objects:
             table = np.stack([s.probability for s in whole])
-            assigned = assign(table, self._config.min_identity)
+            if self._clipped:
+                resting = [_resting(s) for s in whole]
+                table = self._resting.remembered(frame.stamp, resting, table)
+                whole = [s._replace(probability=p) for s, p in zip(whole, table, strict=True)]
+            assigned = assign(table, self.least_identity)
         named = {k: whole[m.blob]._replace(identity=m.probability) for k, m in assigned.items()}
         self._before = [np.sort(s.blob.pixels) for s in named.values()]
         taken = {match.blob for match in assigned.values()}
         return Detections(named, [s for b, s in enumerate(whole) if b not in taken])
+
+    @property
+    def _clipped(self) -> bool:
+        return isinstance(self._catalogue, ClippedCatalogue)
+
+    @property
+    def least_identity(self) -> float:
+        """Least probability of an identity in the last frame."""
+        return max(self._config.min_identity, _SURE if self._clipped else 0.0)
 
     def _is_known(self, s: ObjectDetection) -> bool:
         return fits(s.probability, self._config.min_identity) is not None
@@ -115,6 +140,9 @@ class ObjectDetector:
             return blobs
         if limb:
             blobs += detect_in_depth_shadow(frame, background, catalogue, least)
+        if self._clipped:
+            # Lit and shaded parts of one may have the clipped colours of two.
+            return merge_parts(blobs, catalogue)
         width = frame.depth.shape[1]
         apart = [
             p for blob in blobs for p in split_by_colour(blob, width, catalogue, self._before)
@@ -135,6 +163,10 @@ class ObjectDetector:
         if fits_none and catalogue.objects and partly_hidden(blob, frame):
             probability = identity_probability(catalogue, blob.bins, seen, whole=False)
         return ObjectDetection(blob, shape, 0.0, beside, probability)
+
+
+def _resting(s: ObjectDetection) -> Resting:
+    return Resting(s.shape.centroid[:2], s.blob.area, s.beside_limb)
 
 
 def is_on_table(s: ObjectDetection, config: PerceptionConfig, background: Background) -> bool:

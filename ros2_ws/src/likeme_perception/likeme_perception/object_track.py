@@ -40,7 +40,8 @@ class FrameContext(NamedTuple):
 
     hand, arm: whether they are in view. limb_mask: their pixels, dilated, (H, W). absorbed_mask:
     pixels of limbs that were absorbed into the background, (H, W). table_seen: whether no part of
-    the table that could hide an object went unread.
+    the table that could hide an object went unread. doubtful: whether identities are; states are
+    then no surer than they.
     """
 
     hand: bool
@@ -50,6 +51,7 @@ class FrameContext(NamedTuple):
     view: CameraView
     regions: Regions
     table_seen: Callable[[], bool]
+    doubtful: bool = False
 
     @property
     def limb_in_view(self) -> bool:
@@ -139,10 +141,15 @@ class ObjectTrack:
             self._template = Template(s.blob.pixels, depth, shape)
             self._usual_shape = shape
         x, y, z = shape.centroid
+        probability = state_probability(context.regions, (x, y, z), sigma)
+        if context.doubtful:
+            probability = tuple(
+                s.identity * p + (1 - s.identity) / len(probability) for p in probability
+            )
         return ObjectObservation(
             name=self.known.name,
             state=context.regions.state_of(x, y, z),
-            state_probability=state_probability(context.regions, (x, y, z), sigma),
+            state_probability=probability,
             visible=True,
             settled=resting and not partial,
             shape=shape,

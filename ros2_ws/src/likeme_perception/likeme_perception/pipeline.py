@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 from likeme_core.regions import Regions
 from likeme_perception.background import Background, BackgroundLearner
 from likeme_perception.blobs import Index, mask_of
-from likeme_perception.catalogue import Catalogue, ObjectSample
+from likeme_perception.catalogue import Catalogue, ClippedCatalogue, ObjectSample
+from likeme_perception.colour import LogDensity
 from likeme_perception.config import PerceptionConfig
 from likeme_perception.demonstration_tracking import CompletedActs, DemonstrationTracker
 from likeme_perception.depth_holes import with_holes_filled
 from likeme_perception.errors import NoDepthError
 from likeme_perception.hand_arm_segmentation import HandArmSegmenter
-from likeme_perception.identification import alike_in_colour, alike_in_size, fits
-from likeme_perception.light import Light, Rgb, as_taught, light_of, table_colour
+from likeme_perception.identification import alike_in_colour, alike_in_size, fits, possible
+from likeme_perception.light import Caps, Light, Rgb, as_taught, table_colour
+from likeme_perception.light_estimation import LightEstimator
 from likeme_perception.object_detection import ObjectDetection, ObjectDetector, is_on_table
 from likeme_perception.object_track import FrameContext, ObjectTrack
 from likeme_perception.observation import TableObservation, UnresolvedReason
@@ -41,6 +43,8 @@ ImageB = NDArray[np.uint8]
 TWO_OF_A_KIND = 'two of a kind'
 # Neighbourhood (pixels) of a limb in which an object counts as touching or partly occluded.
 _BESIDE = np.ones((9, 9), np.uint8)
+# Looks of the objects under so many lights are kept.
+_LIGHTS = 16
 
 
 class TabletopPerception:
@@ -61,15 +65,16 @@ class TabletopPerception:
         self.catalogue = catalogue
         self.background: Background | None = None
         self._learner = BackgroundLearner(config, intrinsics)
-        known = catalogue.best_log_density if catalogue.objects else None
-        self._segmenter = HandArmSegmenter(config, known)
+        self._looks: dict[Caps, Catalogue] = {}
+        self._segmenter = HandArmSegmenter(config, _best_log_density(catalogue))
         self._static = StaticForegroundDetector(config.still_time)
         self._detector = ObjectDetector(config, catalogue)
         # Limbs that did not move; part of the background until they move.
         self._absorbed: tuple[AbsorbedRegion, ...] = ()
         self.absorbed_count = 0
         self._check: TableCheck | None = None
-        self._table_colour = config.table_colour
+        places = config.world.table.dark if config.world else ()
+        self._lights = LightEstimator(config.table_colour, places)
         self._last: TableObservation | None = None
         self._confusable: set[int] = set()
         self.reset_tracking()
@@ -78,7 +83,7 @@ class TabletopPerception:
         """Reset the tracks and the act in progress; the background is kept."""
         self._tracks = [ObjectTrack(known, self.config) for known in self.catalogue.objects]
         self.demonstrations = DemonstrationTracker(self.config)
-        self._same_kind = SameKindResolver(self.config.settle_time, self.config.min_identity)
+        self._same_kind = SameKindResolver(self.config.settle_time)
         self._names = UnknownObjectNames(self.config.absence_time)
 
     @property
@@ -128,6 +133,7 @@ class TabletopPerception:
         if self._check is None:
             # The background was given: it shows the taught colours.
             self._check = TableCheck(self.background)
+            self._lights.given(self.background)
         frame, light = self._checked(frame, self._check)
         if light.reason:
             self._last = self._unread(frame, self.background, light.reason)
@@ -139,22 +145,28 @@ class TabletopPerception:
     def _learned(self, background: Background) -> Background:
         """The new background in the taught colours; what a hand covers of it, as absorbed."""
         self._check = check = TableCheck(background)
-        if check.enough and self._table_colour is None:
-            self._table_colour = table_colour(background.colour, check.pixels)
         if background.covered.any():
             self._absorbed = (covered_region(background),)
-        light = self._light(background.colour, check, check.pixels)
-        return replace(background, colour=as_taught(background.colour, light))
+        return self._lights.learned(background, check) if self.catalogue.objects else background
 
-    def _light(self, rgb: ImageB, check: TableCheck, bare: Index) -> Light:
-        """The light that the bare table shows; the taught one if there is nothing to compare."""
-        if not check.enough or self._table_colour is None or not self.catalogue.objects:
+    def _light(self, frame: RgbdFrame, check: TableCheck) -> Light:
+        """The light on a frame; the taught one if there are no colours to compare."""
+        if not self.catalogue.objects:
             return Light((1.0, 1.0, 1.0))
-        return light_of(table_colour(rgb, bare), self._table_colour)
+        return self._lights.light(frame, check)
+
+    def _looks_under(self, light: Light) -> Catalogue:
+        """The known objects as they look in the colours of a frame."""
+        if not light.clipped:
+            return self.catalogue
+        if light.caps not in self._looks:
+            self._looks = {} if len(self._looks) >= _LIGHTS else self._looks
+            self._looks[light.caps] = ClippedCatalogue(self.catalogue.objects, light.caps)
+        return self._looks[light.caps]
 
     def _checked(self, frame: RgbdFrame, check: TableCheck) -> tuple[RgbdFrame, Light]:
         """The frame in the taught colours without single holes, and its light or why not."""
-        light = self._light(frame.rgb, check, check.bare_now(frame))
+        light = self._light(frame, check)
         if check.camera_moved(frame):
             return frame, light._replace(reason=CAMERA_MOVED)
         if check.unread(frame):
@@ -197,8 +209,11 @@ class TabletopPerception:
         return background
 
     def _read(self, frame: RgbdFrame, background: Background, light: Light) -> TableObservation:
-        foreground = background.foreground(frame)
-        found = self._segmenter.segment(frame, foreground, background, self._protected(frame))
+        looks, foreground = self._looks_under(light), background.foreground(frame)
+        self._segmenter.compare_with(_best_log_density(looks))
+        found = self._segmenter.segment(
+            frame, foreground, _clipped(background, light), self._protected(frame)
+        )
         limb = np.concatenate([found.hand, found.arm])
         still = self._static.update(frame.stamp, limb, frame.depth.size, found.detached)
         if still:
@@ -208,11 +223,17 @@ class TabletopPerception:
         hand = found.hand_area > self.config.intruder_min_area
         arm = found.arm_area > self.config.intruder_min_area
         limb_mask = _dilated_mask(limb, frame.depth.shape)
-        seen = self._detector.detect(found, limb_mask if hand or arm else None, frame, background)
-        (detections, rest), unclear = self._same_kind.resolved(frame.stamp, seen, len(limb) > 0)
-        maybe = self._maybe_seen(rest, light)
+        seen = self._detector.detect(
+            found, limb_mask if hand or arm else None, frame, background, looks
+        )
+        (detections, rest), unclear = self._same_kind.resolved(
+            frame.stamp, seen, len(limb) > 0, self._detector.least_identity
+        )
+        maybe = self._maybe_seen(rest, light, looks)
+        if light.clipped:
+            maybe |= {k for s in [*detections.values(), *rest] for k in possible(s.probability)}
         if len(limb) == 0:
-            self._confusable = self._like_unknown_objects(rest)
+            self._confusable = self._like_unknown_objects(rest, looks)
         else:
             # A part of the other thing, beside the hand, has the size of the object.
             maybe |= self._confusable
@@ -221,7 +242,7 @@ class TabletopPerception:
         absorbed = self._absorbed_mask(frame)
         context = FrameContext(
             hand, arm, limb_mask, absorbed, background.view, regions,
-            lambda: background.table_seen(frame, absorbed),
+            lambda: background.table_seen(frame, absorbed), light.clipped,
         )  # fmt: skip
         objects = tuple(
             track.unknown(regions, TWO_OF_A_KIND)
@@ -248,10 +269,10 @@ class TabletopPerception:
             return self.demonstrations.interrupt(now.stamp)
         return self.demonstrations.update(now)
 
-    def _like_unknown_objects(self, rest: list[ObjectDetection]) -> set[int]:
+    def _like_unknown_objects(self, rest: list[ObjectDetection], looks: Catalogue) -> set[int]:
         """Objects in whose colours something else is on the table, by catalogue index."""
         others = (s for s in rest if self._on_table(s))
-        return {k for s in others for k in alike_in_colour(self.catalogue, s.blob.bins)}
+        return {k for s in others for k in alike_in_colour(looks, s.blob.bins)}
 
     def _named(
         self, rest: list[ObjectDetection], stamp: int, limb: bool, unclear: set[int]
@@ -274,14 +295,14 @@ class TabletopPerception:
         k = fits(s.probability, self.config.min_identity)
         return '' if k is None else self.catalogue.objects[k].name
 
-    def _maybe_seen(self, rest: list[ObjectDetection], light: Light) -> set[int]:
+    def _maybe_seen(self, rest: list[ObjectDetection], light: Light, looks: Catalogue) -> set[int]:
         """Objects that one of the detections without a name may be, by catalogue index.
 
         Under a light that is not the taught one colours are less sure: then size alone counts.
         """
         maybe: set[int] = set()
         for s in rest:
-            maybe |= alike_in_colour(self.catalogue, s.blob.bins)
+            maybe |= alike_in_colour(looks, s.blob.bins)
             if not light.usual and self._on_table(s):
                 maybe |= alike_in_size(self.catalogue, s.shape)
         return maybe
@@ -295,6 +316,19 @@ class TabletopPerception:
         """Mask of the absorbed limbs, (H, W) 0 or 1."""
         pixels = [region.pixels for region in self._absorbed]
         return mask_of(np.concatenate([np.zeros(0, np.intp), *pixels]), frame.depth.shape)
+
+
+def _best_log_density(catalogue: Catalogue) -> LogDensity | None:
+    return catalogue.best_log_density if catalogue.objects else None
+
+
+def _clipped(background: Background, light: Light) -> Background:
+    """The background in the colours of a frame under a light."""
+    if not light.clipped:
+        return background
+    return replace(
+        background, colour=np.minimum(background.colour, np.array(light.caps, np.uint8))
+    )
 
 
 def _dilated_mask(limb: Index, shape: tuple[int, int]) -> ImageB:

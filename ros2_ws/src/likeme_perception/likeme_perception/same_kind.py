@@ -33,18 +33,20 @@ class SameKindResolver:
     neither is so for `settle_time`, it is lost among them, until tracking is reset.
     """
 
-    def __init__(self, settle_time: float, min_identity: float) -> None:
+    def __init__(self, settle_time: float) -> None:
         self._settle = nanoseconds(settle_time)
-        self._least = min_identity
+        self._least = 0.0
         self._kinds: dict[int, _Kind] = {}
 
     def resolved(
-        self, stamp: int, detections: Detections, limb: bool
+        self, stamp: int, detections: Detections, limb: bool, least: float
     ) -> tuple[Detections, set[int]]:
         """The detections with the known ones named, and the objects that cannot be told.
 
-        limb: whether a hand or an arm is in view, which may move one of them.
+        limb: whether a hand or an arm is in view, which may move one of them. least: probability
+        from which something fits an object.
         """
+        self._least = least
         named, rest = dict(detections.named), list(detections.rest)
         unclear: set[int] = set()
         for k, candidates in self._candidates(detections).items():

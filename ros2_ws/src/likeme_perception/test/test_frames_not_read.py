@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT
+from likeme_core.paper_world import LEFT, OFFTABLE, RIGHT, WORLD
+from likeme_core.table import DarkPlace
 from likeme_perception.camera_view import CameraView
+from likeme_perception.catalogue import Catalogue
+from likeme_perception.colour import ColourComponent
 from likeme_perception.depth_holes import with_holes_filled
-from likeme_perception.light import TOO_DARK
+from likeme_perception.light import OVEREXPOSED, TOO_DARK
 from likeme_perception.pipeline import TabletopPerception
 from likeme_perception.table_check import CAMERA_MOVED, DEPTH_MISSING
 
@@ -81,6 +84,72 @@ def test_a_colour_that_saturates_is_no_absence(renderer, catalogue, lemon, pear)
     settle(perception, renderer, *things)
     seen = settle(perception, renderer, *things, change=lit(1.25))
     assert [o.state for o in seen.objects] == [None, RIGHT]
+
+
+def test_objects_keep_their_names_where_the_table_saturates(
+    renderer, catalogue, lemon, pear
+) -> None:
+    perception = renderer.perception(catalogue)
+    things = lemon(0.45, 0.15), pear(0.40, -0.2)
+    settle(perception, renderer, *things)
+    seen = settle(perception, renderer, *things, change=lit(2.0))
+    assert (seen.reason, [o.state for o in seen.objects]) == ('', [LEFT, RIGHT])
+    assert all(max(o.state_probability) <= o.identity_probability + 0.1 for o in seen.objects)
+    # What is gone is off the table, as under any light.
+    seen = settle(perception, renderer, things[1], change=lit(2.0))
+    assert [o.state for o in seen.objects] == [OFFTABLE, RIGHT]
+
+
+def test_a_light_that_nothing_tells_leaves_states_unknown(
+    renderer, catalogue, lemon, pear
+) -> None:
+    perception = renderer.perception(catalogue)
+    things = lemon(0.45, 0.15), pear(0.40, -0.2)
+    settle(perception, renderer, *things)
+    seen = settle(perception, renderer, *things, change=lit(4.0))
+    assert (seen.reason, [o.state for o in seen.objects]) == (OVEREXPOSED, [None, None])
+
+
+@pytest.mark.parametrize(('places', 'states'), [(0, [None, None]), (2, [LEFT, RIGHT])])
+def test_a_light_that_was_there_from_the_start_is_told_by_known_places(
+    renderer, catalogue, lemon, pear, places, states
+) -> None:
+    posts = [
+        replace(lemon(0.14, y, -0.1), radius=0.06, colour=(60, 70, 80)) for y in (-0.15, 0.05)
+    ]
+    spots = [DarkPlace((0.14, post.centre[1], -0.04), post.colour) for post in posts]
+    table = replace(WORLD.table, dark=tuple(spots[:places]))
+    renderer.config = replace(renderer.config, world=replace(WORLD, table=table))
+    perception = TabletopPerception(renderer.config, renderer.intrinsics, catalogue)
+    things = lemon(0.45, 0.15), pear(0.40, -0.2), *posts
+    seen = settle(perception, renderer, *things, frames=12, change=lit(2.3))
+    assert [o.state for o in seen.objects] == states
+
+
+def test_objects_whose_clipped_colours_are_the_same_are_not_told(
+    renderer, catalogue, lemon, pear
+) -> None:
+    bright = catalogue.objects[0]
+    dull = replace(
+        bright, name='dull', colour=(ColourComponent(1.0, (62.0, -6.0, 62.0), (8.0, 4.0, 6.0)),)
+    )
+    perception = renderer.perception(Catalogue((bright, dull)))
+    brown = replace(pear(0.40, -0.2), colour=(163, 149, 24))
+    usual = settle(perception, renderer, lemon(0.45, 0.15), brown)
+    assert [o.state for o in usual.objects] == [LEFT, RIGHT]
+    seen = settle(perception, renderer, lemon(0.45, 0.15), brown, change=lit(2.0))
+    assert [o.state for o in seen.objects] == [None, None]
+    alone = settle(perception, renderer, lemon(0.45, 0.15), change=lit(2.0))
+    assert [o.state for o in alone.objects] == [None, None]
+
+
+def test_what_is_white_where_the_table_saturates_is_no_object(
+    renderer, catalogue, lemon, pear
+) -> None:
+    perception = renderer.perception(catalogue)
+    white = replace(pear(0.40, -0.2), colour=(190, 190, 190))
+    seen = settle(perception, renderer, lemon(0.45, 0.15), white, change=lit(2.0))
+    assert (seen.object('lemon').state, seen.object('pear').visible) == (LEFT, False)
 
 
 def test_scattered_holes_hide_no_object(renderer, catalogue, lemon, pear) -> None:

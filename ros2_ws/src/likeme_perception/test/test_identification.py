@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import cv2
 import numpy as np
@@ -18,7 +19,7 @@ from likeme_perception.colour import (
     mixture_log_density,
     mixture_of,
 )
-from likeme_perception.identification import assign, identity_probability
+from likeme_perception.identification import assign, identity_probability, one_of_each
 from likeme_perception.top_view import Shape
 
 
@@ -100,3 +101,30 @@ def test_colour_bins_use_the_8_bit_lab_of_opencv() -> None:
     rgb = np.array([[[154, 186, 52]]], np.uint8)
     lab = cv2.cvtColor(rgb, cv2.COLOR_RGB2LAB)[0]
     assert bins_of_lab(lab)[0] == colour_bins(rgb, np.array([0]))[0]
+
+
+@pytest.mark.parametrize('blobs', [1, 2, 4])
+def test_one_of_each_is_the_marginal_over_all_assignments(blobs: int) -> None:
+    single = np.random.default_rng(blobs).dirichlet(np.ones(4), blobs)
+    marginal = np.zeros_like(single)
+    for chosen in product(range(4), repeat=blobs):
+        named = [k for k in chosen if k < 3]
+        if len(set(named)) == len(named):
+            marginal[range(blobs), chosen] += np.prod(single[range(blobs), chosen])
+    marginal /= marginal.sum(axis=1, keepdims=True)
+    assert one_of_each(single) == pytest.approx(marginal)
+
+
+def test_what_is_surely_one_object_is_not_the_other() -> None:
+    joint = one_of_each(np.array([[0.98, 0.01, 0.01], [0.6, 0.39, 0.01]]))
+    assert joint[1].argmax() == 1
+    assert joint[1, 1] > 0.9
+
+
+def test_of_many_objects_the_likely_ones_are_one_blob_each() -> None:
+    single = np.full((2, 31), 0.01 / 28)
+    single[0, [4, 17]], single[1, [4, 17]] = (0.97, 0.01), (0.69, 0.29)
+    single /= single.sum(axis=1, keepdims=True)
+    joint = one_of_each(single)
+    assert joint.sum(axis=1) == pytest.approx(1.0)
+    assert joint.argmax(axis=1).tolist() == [4, 17]

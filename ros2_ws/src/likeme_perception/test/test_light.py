@@ -27,7 +27,7 @@ def test_a_usual_light_changes_nothing(factors) -> None:
 @pytest.mark.parametrize('factors', [(0.3, 0.3, 0.3), (1.15, 0.95, 0.6), (0.05, 0.05, 0.04)])
 def test_colours_are_as_taught_under_another_light(factors) -> None:
     light = light_of(seen(*factors), TAUGHT)
-    assert (light.reason, light.usual) == ('', False)
+    assert (light.reason, light.usual, light.clipped) == ('', False, False)
     assert light.factor == pytest.approx(factors)
     there = np.full((2, 2, 3), (120, 60, 180), np.uint8)
     lit = np.rint(there * factors).astype(np.uint8)
@@ -39,6 +39,8 @@ def test_saturated_channels_follow_the_rest_if_that_explains_them() -> None:
     light = light_of(seen(1.5, 1.5, 1.5), TAUGHT)
     assert light.reason == ''
     assert light.factor == pytest.approx((1.5, 1.5, 1.5))
+    assert light.clipped
+    assert light.caps == (170, 170, 170)
 
 
 @pytest.mark.parametrize('factors', [(2, 2, 2), (3, 3, 3), (1.8, 1.5, 1.0)])
@@ -47,7 +49,8 @@ def test_what_saturation_hides_is_not_guessed(factors) -> None:
 
 
 def test_a_table_that_was_taught_white_is_not_overexposed() -> None:
-    assert light_of((254, 252, 251), (253, 252, 250)).usual
+    light = light_of((254, 252, 251), (253, 252, 250))
+    assert (light.usual, light.clipped) == (True, False)
 
 
 def test_almost_black_is_too_dark() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from likeme_core.camera_mount import CameraMount
 from likeme_core.geometry import Area, Polygon, Rectangle
-from likeme_core.table import PaintedLine, Table
+from likeme_core.table import DarkPlace, PaintedLine, Table
 from likeme_core.tabletop import Action, Manner, State
 from likeme_core.world.folder import WORLDS_FOLDER
 from likeme_core.world.values import (
@@ -88,11 +88,11 @@ def table_of(data: Mapping[str, Any]) -> Table:
         for line in data.get('lines', [])
     )
     thickness, floor = float(data.get('thickness', 0.03)), float(data.get('floor', -0.20))
-    colour = None
-    if 'colour' in data:
-        red, green, blue = map(float, data['colour'])
-        colour = red, green, blue
-    return Table(rectangle_of(data['top']), thickness, floor, lines, colour)
+    colour = _triple(data['colour']) if 'colour' in data else None
+    dark = tuple(
+        DarkPlace(_triple(place['at']), _triple(place['colour'])) for place in data.get('dark', [])
+    )
+    return Table(rectangle_of(data['top']), thickness, floor, lines, colour, dark)
 
 
 def area_of(region: Mapping[str, Any]) -> Area | None:
@@ -178,6 +178,11 @@ def _heading(value: Any) -> Heading:
         length = math.hypot(*value)
         return Heading(value[0] / length, value[1] / length, math.atan2(value[1], value[0]))
     return Heading(math.cos(value), math.sin(value), float(value))
+
+
+def _triple(values: Any) -> tuple[float, float, float]:
+    first, second, third = map(float, values)
+    return first, second, third
 
 
 def _pair(value: Any) -> tuple[float, float]:
