@@ -26,6 +26,9 @@ ImageB = NDArray[np.uint8]
 ImageF = NDArray[np.float32]
 
 _TAUGHT = Light((1.0, 1.0, 1.0))
+# Greatest factor of a channel: beyond, so much of the objects' own colours saturates that acts
+# were told wrongly (bench.sh eyes at three times the light).
+_GREATEST = 2.6
 
 
 class LightEstimator:
@@ -66,4 +69,6 @@ class LightEstimator:
         if not (light.clipped or light.reason == OVEREXPOSED) or self._dark is None:
             return light
         told = self._dark.light(rgb, depth)
-        return told if told is not None and agree(told, shown, self._table) else light
+        if told is None or max(told.factor) > _GREATEST or not agree(told, shown, self._table):
+            return light
+        return told
