@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import errno
 import os
+import random
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
@@ -74,7 +75,11 @@ def test_writes_that_are_cut_off_again_and_again_leave_the_change_before(
     assert HoldLatch(path, clock.__next__).state == held
 
 
-@pytest.mark.parametrize('content', [b'', b'{}', os.urandom(2 * SLOT), b' ' * (2 * SLOT)])
+@pytest.mark.parametrize(
+    'content',
+    [b'', b'{}', random.Random(0).randbytes(2 * SLOT), b' ' * (2 * SLOT)],
+    ids=['empty', 'another', 'random', 'blank'],
+)
 def test_a_file_that_cannot_be_read_is_a_hold(
     path: Path, clock: Iterator[int], content: bytes
 ) -> None:
