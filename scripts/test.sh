@@ -42,7 +42,7 @@ if [[ " $*" == *" -"* ]]; then
   "$here/setup.sh"
   # pytest would say it in four lines, with a name of its own. --markers reads all options and runs nothing.
   said=$("$here/run.sh" python -m pytest --markers "$@" 2>&1 >/dev/null) || true
-  wrong=$(sed -n 's/^.*: error: //p' <<<"$said")
+  wrong=$(sed -n '/: error: /{s/^.*: error: //p;q}' <<<"$said")
   if [[ -n $wrong ]]; then
     unknown=${wrong#unrecognized arguments: }
     [[ $unknown == "$wrong" ]] || wrong="Expected options of pytest, got $unknown."

@@ -63,9 +63,14 @@ def main(
         typer.Option('--object', help='Show an act with this object instead of the story.'),
     ] = None,
     show: Annotated[
-        tuple[str, str] | None,
-        typer.Option(metavar='FROM TO', help='What the person shows: two regions of the world.'),
-    ] = None,
+        # Typer 0.9 does not read a pair that may be None.
+        tuple[str, str],
+        typer.Option(
+            metavar='FROM TO',
+            help='What the person shows: two regions of the world.',
+            show_default=False,
+        ),
+    ] = ('', ''),
     by: Annotated[
         str, typer.Option(help=f'How the person shows it: {choices(Manner)}.')
     ] = 'place',
@@ -87,7 +92,7 @@ def main(
     Exit code 0: every act reached the goal that was shown. 1: one did not, or the demo stopped.
     130: Ctrl-C or SIGTERM.
     """
-    acts = _acts(world, object_, show, member(Manner, by))
+    acts = _acts(world, object_, show if any(show) else None, member(Manner, by))
     _check_model(world, model, acts)
     log = _log_in(out)
     try:
