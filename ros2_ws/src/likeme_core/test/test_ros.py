@@ -265,15 +265,15 @@ def test_a_standby_is_known_before_its_node(
                 return [n for n in node.get_node_names() if n in (waiting, 'late')]
 
             try:
-                assert came_true(lambda: others() == [waiting]), node.get_node_names()
+                assert came_true(node, lambda: others() == [waiting]), node.get_node_names()
                 if becomes:
                     assert process.stdin is not None
                     process.stdin.write(b'\n')
                     process.stdin.flush()
-                    assert came_true(lambda: others() == ['late'])
+                    assert came_true(node, lambda: others() == ['late'])
                     process.send_signal(signal.SIGINT)
                 out, _ = process.communicate(timeout=60)
-                assert came_true(lambda: others() == [])
+                assert came_true(node, lambda: others() == [])
             finally:
                 process.kill()
                 node.destroy_node()
@@ -281,10 +281,10 @@ def test_a_standby_is_known_before_its_node(
     assert (process.returncode, out) == (0, b'')
 
 
-def came_true(condition: Callable[[], bool], bound: float = 60.0) -> bool:
+def came_true(node: Node, condition: Callable[[], bool], bound: float = 60.0) -> bool:
     deadline = time.monotonic() + bound
     while not condition() and time.monotonic() < deadline:
-        time.sleep(0.01)
+        rclpy.spin_once(node, timeout_sec=0.01)
     return condition()
 
 

@@ -314,6 +314,4 @@ class DeskNode(OperatorNode):
         return self._made[key]
 
     def _question(self, request: HelpRequest) -> OpenQuestion:
-        asked = stamp_ns(request.header.stamp)
-        latest = self._camera_time() or asked
-        return open_question(request, self.names, max(0.0, (latest - asked) / 1e9))
+        return open_question(request, self.names, self._age(request.header))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -79,12 +80,8 @@ def _factor(seen: ImageF, taught: ImageF) -> float | None:
 
 def at_places(places: Sequence[DarkPlace], view: CameraView) -> DarkPixels:
     """The pixels at some places and beside them, where they are in view."""
-    found = [_at_place(place, view) for place in places]
-    return DarkPixels(
-        np.concatenate([np.zeros(0, np.intp), *(each.pixels for each in found)]),
-        np.concatenate([np.zeros(0, np.float32), *(each.depth for each in found)]),
-        np.concatenate([np.zeros((0, 3), np.float32), *(each.taught for each in found)]),
-    )
+    none = DarkPixels(np.zeros(0, np.intp), np.zeros(0, np.float32), np.zeros((0, 3), np.float32))
+    return reduce(DarkPixels.with_others, (_at_place(place, view) for place in places), none)
 
 
 def _at_place(place: DarkPlace, view: CameraView) -> DarkPixels:

@@ -53,6 +53,10 @@ class Light(NamedTuple):
         return red, green, blue
 
 
+#: The light in which the looks were measured.
+TAUGHT = Light((1.0, 1.0, 1.0))
+
+
 def table_colour(rgb: ImageB, pixels: Index) -> Rgb:
     """The median RGB of some pixels (flat indices) that show the table."""
     red, green, blue = np.median(rgb.reshape(-1, 3)[pixels], axis=0)

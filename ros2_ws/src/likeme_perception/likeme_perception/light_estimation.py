@@ -12,6 +12,7 @@ from likeme_perception.background import Background
 from likeme_perception.dark_pixels import DarkPixels, at_places, of_background
 from likeme_perception.light import (
     OVEREXPOSED,
+    TAUGHT,
     Light,
     Rgb,
     agree,
@@ -25,7 +26,6 @@ from likeme_perception.table_check import TableCheck
 ImageB = NDArray[np.uint8]
 ImageF = NDArray[np.float32]
 
-_TAUGHT = Light((1.0, 1.0, 1.0))
 # Greatest factor of a channel: beyond, so much of the objects' own colours saturates that acts
 # were told wrongly (bench.sh eyes at three times the light).
 _GREATEST = 2.6
@@ -64,7 +64,7 @@ class LightEstimator:
     def _light(self, rgb: ImageB, depth: ImageF, shown: Rgb | None) -> Light:
         """The light on an image and its depth; shown: the table's colour, if it is seen."""
         if shown is None or self._table is None:
-            return _TAUGHT
+            return TAUGHT
         light = light_of(shown, self._table)
         if not (light.clipped or light.reason == OVEREXPOSED) or self._dark is None:
             return light

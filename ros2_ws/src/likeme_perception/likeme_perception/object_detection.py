@@ -15,12 +15,7 @@ from likeme_perception.config import PerceptionConfig
 from likeme_perception.convex_splitter import ConvexSplitter
 from likeme_perception.depth_shadow import detect_in_depth_shadow
 from likeme_perception.hand_arm_segmentation import HandArmSegmentation
-from likeme_perception.identification import (
-    Assignment,
-    assign,
-    fits,
-    identity_probability,
-)
+from likeme_perception.identification import Assignment, assign, fits, identity_probability
 from likeme_perception.resting_identities import Resting, RestingIdentities
 from likeme_perception.rgbd import RgbdFrame
 from likeme_perception.top_view import (
@@ -60,10 +55,14 @@ class ObjectDetection(NamedTuple):
 
 
 class Detections(NamedTuple):
-    """Detections by catalogue index, and those without a name."""
+    """Detections by catalogue index, and those without a name.
+
+    least: probability from which one fits an object.
+    """
 
     named: dict[int, ObjectDetection]
     rest: list[ObjectDetection]
+    least: float
 
 
 class ObjectDetector:
@@ -91,6 +90,7 @@ class ObjectDetector:
         objects under the light of this frame.
         """
         self._catalogue = looks
+        least = max(self._config.min_identity, _SURE if self._clipped else 0.0)
 
         def detected(blob: Blob, part: bool = False) -> ObjectDetection:
             beside = limb_mask is not None and bool(limb_mask.take(blob.pixels).any())
@@ -110,20 +110,15 @@ class ObjectDetector:
                 resting = [_resting(s) for s in whole]
                 table = self._resting.remembered(frame.stamp, resting, table)
                 whole = [s._replace(probability=p) for s, p in zip(whole, table, strict=True)]
-            assigned = assign(table, self.least_identity)
+            assigned = assign(table, least)
         named = {k: whole[m.blob]._replace(identity=m.probability) for k, m in assigned.items()}
         self._before = [np.sort(s.blob.pixels) for s in named.values()]
         taken = {match.blob for match in assigned.values()}
-        return Detections(named, [s for b, s in enumerate(whole) if b not in taken])
+        return Detections(named, [s for b, s in enumerate(whole) if b not in taken], least)
 
     @property
     def _clipped(self) -> bool:
         return isinstance(self._catalogue, ClippedCatalogue)
-
-    @property
-    def least_identity(self) -> float:
-        """Least probability of an identity in the last frame."""
-        return max(self._config.min_identity, _SURE if self._clipped else 0.0)
 
     def _is_known(self, s: ObjectDetection) -> bool:
         return fits(s.probability, self._config.min_identity) is not None

@@ -20,7 +20,7 @@ from likeme_perception.depth_holes import with_holes_filled
 from likeme_perception.errors import NoDepthError
 from likeme_perception.hand_arm_segmentation import HandArmSegmenter
 from likeme_perception.identification import alike_in_colour, alike_in_size, fits, possible
-from likeme_perception.light import Caps, Light, Rgb, as_taught, table_colour
+from likeme_perception.light import TAUGHT, Caps, Light, Rgb, as_taught, table_colour
 from likeme_perception.light_estimation import LightEstimator
 from likeme_perception.object_detection import ObjectDetection, ObjectDetector, is_on_table
 from likeme_perception.object_track import FrameContext, ObjectTrack
@@ -152,7 +152,7 @@ class TabletopPerception:
     def _light(self, frame: RgbdFrame, check: TableCheck) -> Light:
         """The light on a frame; the taught one if there are no colours to compare."""
         if not self.catalogue.objects:
-            return Light((1.0, 1.0, 1.0))
+            return TAUGHT
         return self._lights.light(frame, check)
 
     def _looks_under(self, light: Light) -> Catalogue:
@@ -226,9 +226,7 @@ class TabletopPerception:
         seen = self._detector.detect(
             found, limb_mask if hand or arm else None, frame, background, looks
         )
-        (detections, rest), unclear = self._same_kind.resolved(
-            frame.stamp, seen, len(limb) > 0, self._detector.least_identity
-        )
+        (detections, rest, _), unclear = self._same_kind.resolved(frame.stamp, seen, len(limb) > 0)
         maybe = self._maybe_seen(rest, light, looks)
         if light.clipped:
             maybe |= {k for s in [*detections.values(), *rest] for k in possible(s.probability)}

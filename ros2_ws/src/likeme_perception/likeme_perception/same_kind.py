@@ -35,18 +35,15 @@ class SameKindResolver:
 
     def __init__(self, settle_time: float) -> None:
         self._settle = nanoseconds(settle_time)
-        self._least = 0.0
         self._kinds: dict[int, _Kind] = {}
 
     def resolved(
-        self, stamp: int, detections: Detections, limb: bool, least: float
+        self, stamp: int, detections: Detections, limb: bool
     ) -> tuple[Detections, set[int]]:
         """The detections with the known ones named, and the objects that cannot be told.
 
-        limb: whether a hand or an arm is in view, which may move one of them. least: probability
-        from which something fits an object.
+        limb: whether a hand or an arm is in view, which may move one of them.
         """
-        self._least = least
         named, rest = dict(detections.named), list(detections.rest)
         unclear: set[int] = set()
         for k, candidates in self._candidates(detections).items():
@@ -60,7 +57,7 @@ class SameKindResolver:
                 named[k] = chosen._replace(identity=float(chosen.probability[k]))
                 rest = [s for s in rest if s is not chosen]
         lost = {k for k, kind in self._kinds.items() if kind.lost}
-        return Detections(named, rest), unclear | lost
+        return detections._replace(named=named, rest=rest), unclear | lost
 
     def _candidates(self, detections: Detections) -> dict[int, list[ObjectDetection]]:
         """All that fits an object, by catalogue index: the named one, and what has no name."""
@@ -68,7 +65,7 @@ class SameKindResolver:
         for k in self._kinds:
             found.setdefault(k, [])
         for s in detections.rest:
-            fitted = fits(s.probability, self._least)
+            fitted = fits(s.probability, detections.least)
             if fitted is not None and not s.beside_limb:
                 found.setdefault(fitted, []).append(s)
         return found

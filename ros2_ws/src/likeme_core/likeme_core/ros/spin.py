@@ -30,7 +30,7 @@ def join_graph(args: Sequence[str] | None = None) -> None:
     """Make this process's DDS participant before its node, so that the others know it by then.
 
     For standby processes: to find the others takes a participant 0.3 to 2.7 s. Until run_node has
-    made the node, a hidden node `_standby` holds the participant.
+    made the node, a hidden node `_standby_PID` holds the participant.
 
     Args:
         args: ROS arguments; None: those of the process.
@@ -47,9 +47,13 @@ def join_graph(args: Sequence[str] | None = None) -> None:
 
 
 def _leave_graph() -> None:
+    _destroy_placeholder()
+    rclpy.try_shutdown()
+
+
+def _destroy_placeholder() -> None:
     if _placeholders:
         _placeholders.pop().destroy_node()
-        rclpy.try_shutdown()
 
 
 def _init(args: Sequence[str] | None) -> None:
@@ -91,12 +95,12 @@ def run_node(
     try:
         node = create()
     except errors as error:
+        _destroy_placeholder()
         rclpy.try_shutdown()
         _ignore_signals()
         print(f'{name} does not start: {error}', file=sys.stderr)  # noqa: T201
         return os.EX_CONFIG
-    if _placeholders:
-        _placeholders.pop().destroy_node()
+    _destroy_placeholder()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     node.create_timer(CLOCK_CHECK_DELAY, lambda: _check_clock(node), clock=steady_clock())
