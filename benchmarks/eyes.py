@@ -29,6 +29,8 @@ USABLE = {
     'light 0.3': 0.95, 'light 3': 0.95, 'warm lamp': 0.95, 'cold lamp': 0.95,
     'warm lamp, light 2': 0.95, 'cold lamp, light 2': 0.95,
     'light 2, banana for the lemon': None, 'light 2, second lemon put down': None,
+    'light from 0.5 to 1.5 and back': 0.99, 'shadow': None, 'every fifth frame torn': None,
+    'depth not registered': None,
     '30 % of the depth missing': 0.9, 'black for 1 s': None, 'no depth for 1 s': None,
     '99.9 % of the depth missing in acts': None, 'camera bumped by 1 deg': None,
     'camera bumped by 2 deg': None, 'camera bumped by 5 deg': None,
@@ -39,7 +41,8 @@ USABLE = {
 RECALL = {'nominal, 30 Hz': 0.98, 'nominal, 15 Hz': 0.98} | dict.fromkeys(
     (
         'light 0.3', 'light 0.5', 'light 1.5', 'light 2', 'light 0.5 once learned',
-        'light 1.5 once learned', 'light 2 once learned', 'warm lamp', 'cold lamp',
+        'light 1.5 once learned', 'light 2 once learned', 'light from 0.5 to 1.5 and back',
+        'warm lamp', 'cold lamp', 'colours late',
         'warm lamp, light 2', 'cold lamp, light 2', '30 % of the depth missing',
         'half of the frames', '5 Hz',
     ), 0.95,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +14,13 @@ from eyes_parts.scenes import (
     BananaForLemon,
     BoxPutDown,
     Bumped,
+    ColoursLate,
     HandAtStart,
     HeldStill,
     Scene,
     SecondLemon,
     SmallImage,
+    Torn,
 )
 from likeme_arm_sim.kinect import RgbdImages
 
@@ -53,6 +56,30 @@ def light(*factors: float, since: int = 0) -> Change:
         return images._replace(rgb=bright.astype(np.uint8))
 
     return change
+
+
+def light_waves(images: RgbdImages, k: int, *others: Any) -> RgbdImages:
+    """The light goes from half to one and a half times and back, every 8 s."""
+    level = 1 + 0.5 * np.sin(2 * np.pi * k / (8 * RATE))
+    return light(level, level, level)(images, k, *others)
+
+
+def shadow(images: RgbdImages, k: int, *_: object) -> RgbdImages:
+    """A shadow with a soft edge, half as bright and a third as wide as the image, goes over it."""
+    rows, columns = images.depth_mm.shape
+    x = columns * (0.5 + 0.6 * np.sin(2 * np.pi * k / (10 * RATE)))
+    y = rows * (0.5 + 0.3 * np.sin(2 * np.pi * k / (7 * RATE)))
+    v, u = np.ogrid[:rows, :columns]
+    off = np.hypot(u - x, v - y) / (columns / 6)
+    kept = 1 - 0.5 * np.clip((1.2 - off) / 0.4, 0, 1)
+    return images._replace(rgb=np.rint(images.rgb * kept[..., None]).astype(np.uint8))
+
+
+def depth_shifted(images: RgbdImages, k: int, *_: object) -> RgbdImages:
+    """The depth is that of the pixel 12 columns to the left, from EVENT on: not registered."""
+    if k < EVENT:
+        return images
+    return images._replace(depth_mm=np.roll(images.depth_mm, 12, axis=1))
 
 
 def holes(share: float, during: Callable[[int, list[tuple[int, int]]], bool]) -> Change:
@@ -116,6 +143,8 @@ CONDITIONS: Sequence[Condition] = (
     Condition('light 0.5 once learned', change=light(0.5, 0.5, 0.5, since=EVENT)),
     Condition('light 1.5 once learned', change=light(1.5, 1.5, 1.5, since=EVENT)),
     Condition('light 2 once learned', change=light(2.0, 2.0, 2.0, since=EVENT)),
+    Condition('light from 0.5 to 1.5 and back', change=light_waves),
+    Condition('shadow', change=shadow),
     Condition('warm lamp', change=light(1.15, 0.95, 0.6)),
     Condition('cold lamp', change=light(0.75, 0.95, 1.25)),
     Condition('warm lamp, light 2', change=light(2.3, 1.9, 1.2)),
@@ -129,6 +158,9 @@ CONDITIONS: Sequence[Condition] = (
     Condition('no depth for 1 s', change=holes(1.1, at_rest_second)),
     Condition('99.9 % of the depth missing in acts', change=holes(0.999, in_acts)),
     *(Condition(f'camera bumped by {d:g} deg', Bumped(degrees=d)) for d in (1.0, 2.0, 5.0)),
+    Condition('every fifth frame torn', Torn()),
+    Condition('colours late', ColoursLate()),
+    Condition('depth not registered', change=depth_shifted),
     Condition('half of the frames', comes=half, every=1),
     Condition('bursts missing in acts', comes=bursts),
     Condition('5 Hz', every=6),

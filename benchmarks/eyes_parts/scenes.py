@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -24,6 +25,8 @@ from likeme_core.world import load_world
 EVENT = 4 * RATE
 #: For so many moments at the start a hand covers objects, and so many s a held object is still.
 COVERED, HELD = 5 * RATE // 2, 22.0
+#: One frame in so many is torn; by so many frames the colours are late.
+TORN, LATE = 5, 2
 BOX = box((0.30, 0.10, 0.10), (150, 110, 70), (0.44, -0.32, 0.05))
 #: Where the second lemon lies, m.
 SPOT, LEMON = (0.44, -0.32), toys_of(WORLD)['lemon']
@@ -151,6 +154,38 @@ class HandAtStart(Scene):
         where[:3, 3] = moment.toys[WORLD.objects[0]][:3, 3] + (0.03, 0.0, 0.06)
         hand = hand_parts(Posture.GRASP).values()
         return moment.bodies() + [RenderBody(part, where) for part in hand]
+
+
+@dataclass(frozen=True)
+class Torn(Scene):
+    """In every TORN-th frame the lower half is that of the frame before, from EVENT on."""
+
+    def frames(self, recording: Recording, every: int) -> Iterator[Seen]:
+        """The frames, some of them torn."""
+        before: Seen | None = None
+        for n, seen in enumerate(super().frames(recording, every)):
+            if before is None or seen.k < EVENT or n % TORN:
+                yield seen
+            else:
+                old = before.images
+                half = len(old.rgb) // 2
+                yield replace(seen, images=RgbdImages(
+                    np.concatenate([seen.images.rgb[:half], old.rgb[half:]]),
+                    np.concatenate([seen.images.depth_mm[:half], old.depth_mm[half:]]),
+                ))  # fmt: skip
+            before = seen
+
+
+@dataclass(frozen=True)
+class ColoursLate(Scene):
+    """The colours are those of LATE frames before the depth."""
+
+    def frames(self, recording: Recording, every: int) -> Iterator[Seen]:
+        """The frames, their images out of step."""
+        last: deque[NDArray[np.uint8]] = deque(maxlen=LATE + 1)
+        for seen in super().frames(recording, every):
+            last.append(seen.images.rgb)
+            yield replace(seen, images=seen.images._replace(rgb=last[0]))
 
 
 @dataclass(frozen=True)
