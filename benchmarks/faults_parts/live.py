@@ -1,4 +1,4 @@
-"""Faults of node processes, one after another in one cell, while people go on with their story."""
+"""Faults of node processes, several in each story, while people go on with it in one cell."""
 
 from __future__ import annotations
 
@@ -26,6 +26,8 @@ DONE_BY_HAND, TRY_ANYWAY, SKIP = range(3)
 #: s of the machine, generous: both cores may be busy.
 PATIENCE = 60.0
 ATTEMPTS = 4
+#: Faults of one story.
+PER_STORY = 3
 OBJECTS = ('pear', 'lemon', 'chicken')
 
 
@@ -46,16 +48,18 @@ class Found:
 
 
 class Story:
-    """One story with one fault."""
+    """One story with its faults, each at a moment of its own."""
 
     def __init__(
-        self, cell: LiveCell, fault: LiveFault, rng: np.random.Generator, found: Found
+        self, cell: LiveCell, faults: list[LiveFault], rng: np.random.Generator, found: Found
     ) -> None:
-        self._cell, self._fault, self._rng, self._found = cell, fault, rng, found
+        self._cell, self._rng, self._found = cell, rng, found
+        self._to_come = list(faults)
+        self._kinds = {fault.kind for fault in faults}
         self._seen = cell.watch.monitor.seen
+        self._under_way: LiveFault | None = None
         self._end: live_kinds.End | None = None
         self._until = 0.0
-        self._came = False
 
     def play(self) -> str:
         """Play it; why it did not come to an end, empty: it did."""
@@ -66,9 +70,10 @@ class Story:
             why = 'no decision'
         elif not self._until_closed():
             why = 'no outcome'
-        self._moment(self._fault.moment)
         # What had no moment to come at comes when nothing is under way.
-        self._come()
+        while self._to_come:
+            self._come(self._to_come[0])
+            self._wait(lambda: self._end is None, PATIENCE)
         self._over(force=True)
         if not self._cell.until(lambda: self._cell.ready, PATIENCE):
             why = why or 'not READY again'
@@ -124,11 +129,11 @@ class Story:
 
     def _answer(self, tried: set[int]) -> None:
         """Answer what is listed, as read."""
-        cell, kind = self._cell, self._fault.kind
+        cell, kinds = self._cell, self._kinds
         listed = self._call(cell.desk, AskHuman.Request(command=AskHuman.Request.LIST))
         for item in listed.pending if listed is not None else ():
             reply = int(self._rng.integers(3))
-            if kind == 'operator vanishes, kill -9' and item.id not in tried:
+            if 'operator vanishes, kill -9' in kinds and item.id not in tried:
                 tried.add(int(item.id))
                 self._wait(lambda: False, 2.0)
                 continue
@@ -138,8 +143,8 @@ class Story:
                 action=WORLD.actions[item.action].name, stamp=item.header.stamp,
             )  # fmt: skip
             futures = [(request, cell.desk.call_async(request))]
-            if kind in ('two operators', 'answers twice'):
-                other = (reply + 1) % 3 if kind == 'two operators' else reply
+            if kinds & {'two operators', 'answers twice'}:
+                other = (reply + 1) % 3 if 'two operators' in kinds else reply
                 again = deepcopy(request)
                 again.answer, again.answered_by = other, 'bob'
                 futures.append((again, cell.desk.call_async(again)))
@@ -184,21 +189,20 @@ class Story:
         return self._cell.until(checked, seconds)
 
     def _moment(self, moment: str) -> None:
-        if moment == self._fault.moment:
-            self._come()
+        for fault in [each for each in self._to_come if each.moment == moment]:
+            self._come(fault)
 
-    def _come(self) -> None:
-        """Have the fault come, once."""
-        if self._came:
-            return
-        self._came = True
-        cell, fault = self._cell, self._fault
+    def _come(self, fault: LiveFault) -> None:
+        """Have a fault come, once, after the one before it."""
+        self._to_come.remove(fault)
+        self._over(force=True)
+        cell = self._cell
         # A record is replaced at each heartbeat.
         nodes, name = cell.heartbeats.nodes, NAMES[fault.part]
         run = nodes[name].run
         self._found.faults[fault.kind] += 1
         begin = time.monotonic()
-        self._end = KINDS[fault.kind](cell, fault)
+        self._under_way, self._end = fault, KINDS[fault.kind](cell, fault)
         self._until = time.monotonic() + fault.duration
         if fault.kind != 'kill -9':
             return
@@ -219,7 +223,7 @@ class Story:
             end, self._end = self._end, None
             wrong = end()
             if wrong:
-                self._found.unfinished.append(f'{self._fault}: {wrong}')
+                self._found.unfinished.append(f'{self._under_way}: {wrong}')
 
 
 def measure(count: int, seed: int) -> tuple[list[Bar], dict[str, Any]]:
@@ -227,11 +231,12 @@ def measure(count: int, seed: int) -> tuple[list[Bar], dict[str, Any]]:
     rng, found = np.random.default_rng(seed), Found()
     begin = time.monotonic()
     with live_cell(seed) as cell:
-        for number in counted(range(count), 'live faults', count):
-            fault = live_kinds.draw(rng, number)
-            why = Story(cell, fault, rng, found).play()
+        stories = range(0, count, PER_STORY)
+        for first in counted(stories, f'stories of {PER_STORY} live faults', len(stories)):
+            faults = live_kinds.draw(rng, first, min(PER_STORY, count - first))
+            why = Story(cell, faults, rng, found).play()
             if why:
-                found.unfinished.append(f'fault {number}, {fault}: {why}')
+                found.unfinished.append(f'faults from {first}, {faults}: {why}')
         cell.until(lambda: False, 3.0)
         monitor = cell.watch.monitor
         lost, problem = cell.check_log()

@@ -40,14 +40,18 @@ class LiveFault(NamedTuple):
     duration: float
 
 
-def draw(rng: np.random.Generator, number: int) -> LiveFault:
-    """Any fault at any moment; each kind in its turn."""
-    return LiveFault(
-        list(KINDS)[number % len(KINDS)],
-        str(rng.choice(MOMENTS)),
-        list(NAMES)[int(rng.integers(len(NAMES)))],
-        float(rng.uniform(0.3, 2.5)),
-    )
+def draw(rng: np.random.Generator, first: int, count: int) -> list[LiveFault]:
+    """The faults of a story, as many as it has moments or fewer, each kind in its turn."""
+    moments = rng.choice(MOMENTS, size=count, replace=False)
+    return [
+        LiveFault(
+            list(KINDS)[(first + number) % len(KINDS)],
+            str(moment),
+            list(NAMES)[int(rng.integers(len(NAMES)))],
+            float(rng.uniform(0.3, 2.5)),
+        )
+        for number, moment in enumerate(moments)
+    ]
 
 
 def _nothing() -> None:
