@@ -27,7 +27,7 @@ DONE_BY_HAND, TRY_ANYWAY, SKIP = range(3)
 PATIENCE = 60.0
 ATTEMPTS = 4
 #: Faults of one story.
-PER_STORY = 3
+PER_STORY = 5
 OBJECTS = ('pear', 'lemon', 'chicken')
 
 
