@@ -1,6 +1,6 @@
 """The driver of a real arm against a stand-in robot with controller faults, over DDS.
 
-    ./scripts/bench.sh arm [--n N] [--seed S] [--patience F] [--verbose] [--json]
+    ./scripts/bench.sh arm [--n N] [--seed S] [--arm NAME] [--patience F] [--verbose] [--json]
 
 N seeded acts (default 200, about 8 s each) of all six actions in the paper's world, in three of
 ten with other things on the table; nine of ten are drawn with a fault: the controller drops,
@@ -19,6 +19,7 @@ import numpy as np
 
 from arm_parts.acts import MOVED, NONE, ActResult, carry_out, draw_act
 from arm_parts.live_arm import live_arm
+from likeme_arm.real_arm.arm_config import shipped_configs
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.progress_bar import counted
 from report import Bar, option_parser, publish, whole_number
@@ -66,10 +67,13 @@ def main() -> int:
     parser.add_argument(
         '--patience', type=float, default=1.0, help='factor on time-outs, for a loaded machine'
     )
+    parser.add_argument('--arm', choices=shipped_configs(), default='panda')
+    parser.add_argument('--interface', choices=('auto', 'action', 'topic'), default='topic')
     parser.add_argument('--verbose', action='store_true', help='each act, on standard error')
     given = parser.parse_args()
     results = []
-    with live_arm(given.patience) as live:
+    how = {'arm': given.arm, 'controller_interface': given.interface}
+    with live_arm(given.patience, **how) as live:
         for number in counted(range(given.n), 'acts', given.n):
             result = carry_out(live, draw_act(given.seed * 100_000 + number))
             results.append(result)
@@ -85,6 +89,7 @@ def main() -> int:
         f'{r.act.fault}: {"NONE" if r.outcome is None else r.outcome.name}' for r in results
     )
     notes = {
+        **how,
         'patience': given.patience,
         'outcomes by fault': dict(sorted(outcomes.items())),
         'collisions': report['collisions'],

@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -203,42 +204,48 @@ class LiveArm:
         self.held = message.held
 
 
-def changed_config(folder: Path, patience: float, haste: float) -> str:
-    """The Panda's configuration with longer time-outs and a faster arm; the file."""
-    given = read_yaml(CONFIGS / 'panda.yaml')
+def changed_config(folder: Path, arm: str, patience: float, haste: float) -> str:
+    """A shipped configuration with longer time-outs and a faster arm; the file."""
+    given = read_yaml(CONFIGS / f'{arm}.yaml')
     for name in ('state_timeout', 'lag', 'goal_time'):
         given['tolerances'][name] *= patience
     for name, values in given['limits'].items():
         given['limits'][name] = [haste * value for value in values]
     given['speed'] *= haste
+    gripper = given['gripper']
+    if gripper['kind'] == 'gripper_command' and find_spec('control_msgs') is None:
+        gripper |= {'kind': 'commands', 'name': 'gripper_controller/commands'}
     path = folder / 'changed.yaml'
     path.write_text(yaml.safe_dump(given), encoding='utf-8')
     return str(path)
 
 
 @contextmanager
-def live_arm(patience: float = 1.0, haste: float = 1.0, **parameters: Any) -> Iterator[LiveArm]:
+def live_arm(
+    patience: float = 1.0, haste: float = 1.0, arm: str = 'panda', **parameters: Any
+) -> Iterator[LiveArm]:
     """The processes, ended at the end.
 
     Args:
         patience: factor on the times after which a motion is given up: on a loaded machine a
             process may have to wait for longer.
         haste: factor on the arm's speeds.
+        arm: name of a shipped configuration. Without control_msgs its gripper is one with a topic.
         parameters: of the driver.
     """
     stack = ExitStack()
     # Closed without the exception of a failed trial, which domain_id does not pass on.
     try:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='likeme_arm_')))
-        arm = changed_config(folder, patience, haste)
+        config = changed_config(folder, arm, patience, haste)
         domain = stack.enter_context(domain_id())
         context = rclpy.Context()
         context.init(domain_id=domain)
         stack.callback(context.try_shutdown)
-        live = LiveArm(folder, domain, context, load_arm_config(arm))
+        live = LiveArm(folder, domain, context, load_arm_config(config))
         stack.callback(live.close)
         times = {'hold_timeout': HOLD_TIMEOUT * patience}
-        live.start({'controller_interface': 'topic'} | times | parameters, arm)
+        live.start({'controller_interface': 'topic'} | times | parameters, config)
         yield live
     finally:
         stack.close()

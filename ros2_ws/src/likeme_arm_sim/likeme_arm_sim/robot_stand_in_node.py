@@ -36,14 +36,15 @@ HEIGHT = 0.055
 
 
 class RobotStandInNode(Node):
-    """A joint trajectory controller and a gripper's position controller on a simulated robot.
+    """A joint trajectory controller and a gripper's controller on a simulated robot.
 
     Publishes:
         joint_states (JointState, 100 Hz), table_state (TableState, 10 Hz, the true poses),
         stand_in/report (String, JSON, 10 Hz): what was touched and which limits were broken
     Subscribes:
         CONTROLLER/joint_trajectory (JointTrajectory); with control_msgs it serves the action
-        CONTROLLER/follow_joint_trajectory as well; the gripper's commands (Float64MultiArray)
+        CONTROLLER/follow_joint_trajectory as well; the gripper's commands (Float64MultiArray), or
+        its action GripperCommand, as the configuration has it
         stand_in/control (String, JSON): {"target": object, "fault": [kind, trajectory, at, amount]
         or null, "places": {object: state}, "seed": n}
     Parameters: arm (a configuration of likeme_arm), world, seed.
@@ -66,20 +67,39 @@ class RobotStandInNode(Node):
         self.create_subscription(
             JointTrajectory, f'{config.controller}/joint_trajectory', self._on_trajectory, 10
         )
-        self.create_subscription(Float64MultiArray, config.gripper.name, self._on_gripper, 10)
-        self._server = self._action_server()
+        self._servers = self._action_servers()
+        if config.gripper.kind == 'commands':
+            self.create_subscription(Float64MultiArray, config.gripper.name, self._on_gripper, 10)
         self.create_subscription(String, 'stand_in/control', self._on_control, 10)
         self._began, self._steps = time.monotonic(), 0
         self._next_state = self._next_table = 0.0
         self.create_timer(TICK, self._tick, clock=steady_clock())
         self.get_logger().info(f'A robot like {config.name} is ready.')
 
-    def _action_server(self) -> Any:
+    def _action_servers(self) -> list[Any]:
+        """The actions of control_msgs that the configuration names.
+
+        Raises:
+            ValueError: gripper_command without control_msgs.
+        """
+        config, robot = self._config, self._robot
+        gripper = config.gripper.kind == 'gripper_command'
         if find_spec('control_msgs') is None:
-            return None
+            if gripper:
+                raise ValueError('Expected control_msgs for a gripper_command, found none.')
+            return []
+        from likeme_arm_sim.ros.gripper_server import GripperServer
         from likeme_arm_sim.ros.trajectory_server import TrajectoryServer
 
-        return TrajectoryServer(self, self._config.controller, self._follower, self._on_trajectory)
+        servers: list[Any] = [
+            TrajectoryServer(self, config.controller, self._follower, self._on_trajectory)
+        ]
+        if gripper:
+            servers.append(GripperServer(
+                self, config.gripper.name, config.gripper.positions, robot.grip,
+                lambda: robot.gripper_position,
+            ))  # fmt: skip
+        return servers
 
     def _first_states(self) -> dict[str, Any]:
         world = self._table_world
@@ -95,8 +115,8 @@ class RobotStandInNode(Node):
             self._follower.advance(TIME_STEP)
             self._robot.step(self._follower.joints, self._follower.velocities)
             self._steps += 1
-        if self._server is not None:
-            self._server.look()
+        for server in self._servers:
+            server.look()
         now = self._steps * TIME_STEP
         if now >= self._next_state:
             self._next_state = now + STATE_PERIOD

@@ -14,7 +14,8 @@ from likeme_arm.real_arm.urdf_files import package_folders, urdf_path
 from likeme_arm_sim.gripper import Gripper
 from likeme_arm_sim.kinematics import load_panda
 from likeme_arm_sim.physics import GripperPhysics
-from likeme_arm_sim.physics_world import PhysicsWorld
+from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld
+from likeme_arm_sim.stand_in.constraint_gripper import ConstraintGripper
 
 Vector = NDArray[np.float64]
 
@@ -45,20 +46,23 @@ class StandInRobot:
         ]
         numbers = {info[1].decode(): info[0] for info in infos}
         self._links = {-1: 'base'} | {info[0]: info[12].decode() for info in infos}
+        links = {name: number for number, name in self._links.items()}
         self._joints = [numbers[name] for name in config.joints]
         self._forces = [infos[j][10] or 100.0 for j in self._joints]
         self._lower = np.array([infos[j][8] for j in self._joints])
         self._upper = np.array([infos[j][9] for j in self._joints])
-        self._gripper = (
-            Gripper(self._client, self.body, GripperPhysics(force=10.0)) if self._panda else None
-        )
-        self._gripper_position = config.gripper.positions[0]
+        self._gripper: Gripper | ConstraintGripper
+        if self._panda:
+            self._gripper = Gripper(self._client, self.body, GripperPhysics(force=10.0))
+        else:
+            tool = links[config.tool_frame]
+            self._gripper = ConstraintGripper(world, self.body, tool, config)
         for joint, angle in zip(self._joints, config.home, strict=True):
             self._client.resetJointState(self.body, joint, float(angle))
         self.target = ''
         self.collisions, self.violations = dict[str, int](), dict[str, int]()
         self.fastest = 0.0
-        if self._gripper is not None:
+        if isinstance(self._gripper, Gripper):
             self._gripper.reset()
         self.grip(config.gripper.positions[0])
         self._pairs = self._separate_links([info[16] for info in infos])
@@ -76,15 +80,13 @@ class StandInRobot:
     @property
     def gripper_position(self) -> float:
         """Of the joint that the configuration names."""
-        if self._gripper is None:
-            return self._gripper_position
-        return self._gripper.fingers[0]
+        if isinstance(self._gripper, Gripper):
+            return self._gripper.fingers[0]
+        return self.config.gripper.position(self._gripper.width)
 
     def grip(self, position: float) -> None:
         """Command the gripper's joint."""
-        self._gripper_position = position
-        if self._gripper is not None:
-            self._gripper.command(self.config.gripper.width_at(position))
+        self._gripper.command(self.config.gripper.width_at(position))
 
     def step(self, joints: Vector, velocities: Vector) -> None:
         """Drive the motors towards what is commanded for one physics step, and count."""
@@ -93,6 +95,8 @@ class StandInRobot:
             targetPositions=joints.tolist(), targetVelocities=velocities.tolist(),
             forces=self._forces, positionGains=[GAINS] * len(self._joints),
         )  # fmt: skip
+        if isinstance(self._gripper, ConstraintGripper):
+            self._gripper.advance(TIME_STEP)
         self._world.step()
         self._count_limits(joints, velocities)
         self._count_contacts()
