@@ -69,13 +69,10 @@ class MotionJournal:
         Raises:
             JournalError: it cannot be opened or written, or is no journal.
         """
-        self._path, self._lock = path, threading.Lock()
+        self._path, self._lock, self._read_only = path, threading.Lock(), False
         with self._guarded():
-            self._database = sqlite3.connect(
-                path, timeout=1.0, isolation_level=None, check_same_thread=False
-            )
+            self._open()
             self._database.execute('PRAGMA journal_mode=WAL')
-            self._database.execute('PRAGMA synchronous=FULL')
             self._database.execute(
                 'CREATE TABLE IF NOT EXISTS motion (number INTEGER PRIMARY KEY, id TEXT UNIQUE, '
                 'actor INTEGER, world TEXT, object TEXT, action TEXT, outcome INTEGER, '
@@ -153,10 +150,22 @@ class MotionJournal:
             for name, actor, world, item, action, outcome, message, started, finished in rows
         ]  # fmt: skip
 
+    def _open(self) -> None:
+        self._read_only = False
+        self._database = sqlite3.connect(
+            self._path, timeout=1.0, isolation_level=None, check_same_thread=False
+        )
+        self._database.execute('PRAGMA synchronous=FULL')
+
     @contextmanager
     def _guarded(self) -> Iterator[None]:
         with self._lock:
             try:
+                if self._read_only:
+                    # SQLite keeps a file read-only that was so when it was opened.
+                    self._database.close()
+                    self._open()
                 yield
             except (sqlite3.Error, ValueError) as error:
+                self._read_only = 'readonly' in str(error)
                 raise JournalError(f'{self._path}: {error}.') from error

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -53,6 +56,42 @@ def test_the_latest_requests_are_kept(path: Path, monkeypatch: pytest.MonkeyPatc
     for number in range(6):
         journal.begin(request(str(number)))
     assert [number for number in range(6) if journal.find(str(number))] == [3, 4, 5]
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
+from likeme_core.outcomes import Actor
+
+files = [Path(name) for name in sys.argv[1:]]
+journal = MotionJournal(files[0])
+request = MotionRecord('b', Actor.ROBOT, 'chung2015@0', 'pear', 'push_left')
+try:
+    journal.begin(request)
+except JournalError as error:
+    print(error)
+for file in files:
+    file.chmod(0o600)
+print(journal.begin(request))
+"""
+
+
+def test_a_journal_that_was_read_only_when_it_was_opened(path: Path) -> None:
+    journal = MotionJournal(path)
+    journal.begin(request('a'))
+    journal.end(ended('a'))
+    files = [path, *(Path(f'{path}{suffix}') for suffix in ('-wal', '-shm'))]
+    for file in files:
+        file.chmod(0o400)
+    # Root may write where the mode forbids it, except without this capability.
+    user = ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] if not os.geteuid() else []
+    command = [*user, sys.executable, '-c', WRITER, *map(str, files)]
+    said = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    refused, begun = said.splitlines()
+    assert 'readonly' in refused
+    assert begun == 'None'
+    assert journal.find('b') == request('b')
 
 
 @pytest.mark.parametrize('content', [b'this is no database, by its first bytes', None])

@@ -233,6 +233,59 @@ def test_a_read_only_log(log: DecisionLog, path: Path) -> None:
     assert refused == f'{path} cannot be written to: the file or its folder is read-only.'
 
 
+REPAIRER = """
+import sys
+from pathlib import Path
+from likeme_inference.experience.decision_log import DecisionLog
+from likeme_inference.experience.store_error import StoreError
+
+path = Path(sys.argv[1])
+log = DecisionLog(str(path), create=False)
+try:
+    log.append('run', [('remark', '{}')])
+except StoreError as error:
+    print(error)
+path.parent.chmod(0o700)
+path.chmod(0o600)
+print(log.append('run', [('remark', '{}')]))
+"""
+
+
+REOPENED = REPAIRER.replace(
+    'path.chmod(0o600)',
+    'for part in path.parent.glob(path.name + "*"): part.chmod(0o600)',
+)
+
+
+def test_a_log_that_becomes_writable_again_is_written_to(log: DecisionLog, path: Path) -> None:
+    log.append('run', TEN)
+    log.close()
+    undo = read_only(path)
+    try:
+        refused, number = unprivileged(REPAIRER, str(path)).splitlines()
+    finally:
+        undo()
+    assert refused == f'{path} cannot be written to: the file or its folder is read-only.'
+    assert number == '11'
+
+
+def test_a_log_that_is_read_only_in_use_becomes_writable_again(
+    log: DecisionLog, path: Path
+) -> None:
+    # With its write-ahead log beside it, as while a node has it open.
+    log.append('run', TEN)
+    parts = [path, *(Path(f'{path}{suffix}') for suffix in ('-wal', '-shm'))]
+    for part in parts:
+        part.chmod(0o400)
+    try:
+        refused, number = unprivileged(REOPENED, str(path)).splitlines()
+    finally:
+        for part in parts:
+            part.chmod(0o600)
+    assert refused == f'{path} cannot be written to: the file or its folder is read-only.'
+    assert number == '11'
+
+
 def test_a_full_disk_is_said_in_one_sentence(log: DecisionLog, path: Path) -> None:
     log.append('run', TEN)
     with log._engine.connect() as connection:

@@ -456,9 +456,14 @@ def refused_inputs_change_nothing(t: Trace, bad: bool) -> None:
 
 
 def inputs_were_published(t: Trace, bad: bool) -> None:
+    t.beat(1)
     time = t.table()
-    t.heard(0, time + (0.01 if bad else 0))
-    t.wait(3.0)
+    t.heard(0, time)
+    t.heard(0, time + 0.01)
+    t.beat(2, run='a' if bad else 'b')
+    t.wait(9.0)
+    t.beat(3, run='a' if bad else 'b')
+    t.wait(2.0)
 
 
 def demonstrations_are_heard(t: Trace, bad: bool) -> None:

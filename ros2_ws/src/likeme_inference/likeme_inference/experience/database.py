@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -74,6 +75,7 @@ def open_engine(url: URL, create: bool, patience: float) -> Engine:
         raise StoreError(f'{shown(url)}: no driver for this database: {error}.') from None
     if url.get_backend_name() == 'sqlite':
         _speak_sqlite(engine)
+        _open_as_it_is(engine, file_of(url))
     with refusing(url, patience):
         _patiently(lambda: _prepare(engine, url, create), patience)
     return engine
@@ -140,14 +142,11 @@ def check_writable(url: URL) -> None:
 def _engine_options(url: URL, patience: float) -> dict[str, Any]:
     if url.get_backend_name() != 'sqlite':
         return {}
-    path = file_of(url)
-    if path is None:
+    if file_of(url) is None:
         return {'connect_args': {'timeout': patience}}
     # Connections are kept, and serve all threads: SQLAlchemy 2 does so unasked, 1.4 does not.
-    if readable_in_place(path):
-        wanted = {'timeout': patience, 'check_same_thread': False}
-        return {'connect_args': wanted, 'poolclass': QueuePool}
-    return {'creator': lambda: copy_in_memory(path), 'poolclass': QueuePool}
+    wanted = {'timeout': patience, 'check_same_thread': False}
+    return {'connect_args': wanted, 'poolclass': QueuePool}
 
 
 def _speak_sqlite(engine: Engine) -> None:
@@ -167,6 +166,29 @@ def _speak_sqlite(engine: Engine) -> None:
         begin = connection.get_execution_options().get('begin', 'BEGIN')
         if begin:
             connection.exec_driver_sql(begin)
+
+
+def _open_as_it_is(engine: Engine, path: Path | None) -> None:
+    """Look at each new connection whether the file can be written to.
+
+    SQLite opens what it may only read for reading, and keeps that connection so when the file has
+    become writable, and others beside it: all are closed when a write was refused.
+    """
+    if path is None:
+        return
+
+    @event.listens_for(engine, 'do_connect')
+    def on_do_connect(*_: Any) -> sqlite3.Connection | None:
+        return None if readable_in_place(path) else copy_in_memory(path)
+
+    @event.listens_for(engine, 'handle_error')
+    def on_error(context: Any) -> None:
+        if 'readonly' in str(context.original_exception):
+            # A cursor that the exception keeps would keep the file open.
+            if context.execution_context is not None:
+                context.execution_context.cursor.close()
+            context.is_disconnect = True
+            engine.dispose()
 
 
 def _patiently(act: Any, patience: float) -> None:

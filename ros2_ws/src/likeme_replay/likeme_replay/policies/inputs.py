@@ -62,6 +62,14 @@ class InputsWerePublished(Expectant):
         # On a loaded machine a monitor may miss a table state, but hardly its acknowledgement
         # too, which comes after the session may have taken it.
         self._acknowledged: Recent[bool] = Recent(1000)
+        self._run: Recent[str] = Recent(100)
+
+    def on_heartbeat(self, message: Any, _: float) -> Found:
+        if self._run.get(message.node, message.run) != message.run:
+            # What a node sent just before it was killed may have reached the session alone.
+            self._expected.clear()
+        self._run[message.node] = message.run
+        yield from ()
 
     def on_frame_done(self, message: Any, _: float) -> Found:
         if message.table_state:
@@ -76,7 +84,7 @@ class InputsWerePublished(Expectant):
         published = stamp in self.seen.tables or stamp in self._acknowledged
         if message.kind == HEARD_TABLE and not published:
             sentence = f'Expected a table state of {stamp} ns before it is taken, got none.'
-            self._expected.expect(stamp, now + self.bounds.told, sentence)
+            self._expected.expect(stamp, now + self.bounds.recovery, sentence)
         shown = {each for each, _ in self.seen.demonstrations}
         if message.kind == HEARD_DEMONSTRATION and stamp not in shown:
             yield f'Expected a demonstration of {stamp} ns before it is taken, got none.'
