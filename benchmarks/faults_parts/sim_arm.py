@@ -54,6 +54,7 @@ class Arm:
             node = SimNode('arm_driver')
             given: Any = node
             HeartbeatPublisher(given)
+            self._refused_ids: set[str] = set()
             self._hold = HoldMonitor()
             HoldTopics(given, self._hold)
             self._joints = node.create_publisher(JointState, 'joint_states', 10)
@@ -83,6 +84,9 @@ class Arm:
         record = MotionRecord(
             request.id, Actor.ROBOT, request.world, request.object, request.action
         )
+        if record.id in self._refused_ids:
+            respond(_response(record, MotionOutcome.EXPIRED, 'It was given up.'))
+            return
         try:
             # Before BUSY: it may be this very request that is under way.
             before = self._journal.find(record.id)
@@ -107,7 +111,10 @@ class Arm:
         try:
             record = self._journal.find(request.id)
         except JournalError:
-            record = None
+            response.motion = Motion(id=request.id, state=Motion.UNDER_WAY)
+            return response
+        if record is None and request.refuse_unknown:
+            self._refused_ids.add(request.id)
         response.motion = Motion(id=request.id) if record is None else self._message(record)
         return response
 

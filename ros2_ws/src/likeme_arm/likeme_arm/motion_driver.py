@@ -81,6 +81,7 @@ class MotionDriver(ABC):
         """
         self.world, self._report_error = world, on_error
         self._journal, self._on_motion = journal, on_motion
+        self._waiting: dict[str, MotionRecord] = {}
         self._unwritten: list[MotionRecord] = []
         self._next_write = 0.0
         self.errors = 0
@@ -133,7 +134,16 @@ class MotionDriver(ABC):
 
     def execute(self, request: MotionRequest) -> Future[StampedResult] | None:
         """Queue an action; None while this actor's last one has not ended."""
-        return self._thread.submit(request.actor.name, lambda: self._run(request))
+        record = self._record_of(request)
+        job = self._thread.submit(request.actor.name, lambda: self._run(request, record))
+        if job is not None:
+            self._waiting[record.id] = record
+            job.add_done_callback(lambda _: self._waiting.pop(record.id, None))
+        return job
+
+    def waiting(self, request_id: str) -> MotionRecord | None:
+        """The request of an id that was accepted and has not ended; it may not be on disk yet."""
+        return self._waiting.get(request_id)
 
     def phase(self, request_id: str) -> str:
         """What the actor of a request does now; 'waiting' before its motion."""
@@ -142,12 +152,14 @@ class MotionDriver(ABC):
             return 'waiting'
         return self._phase_of(moving.actor)
 
-    def _run(self, request: MotionRequest) -> StampedResult:
-        if self._journal is None or not request.id:
-            return self._move(request)
+    def _record_of(self, request: MotionRequest) -> MotionRecord:
         # Names as the world file has them, where it has them.
         action = self._action_name(request.action)
-        record = MotionRecord(request.id, request.actor, self.world.label, request.object, action)
+        return MotionRecord(request.id, request.actor, self.world.label, request.object, action)
+
+    def _run(self, request: MotionRequest, record: MotionRecord) -> StampedResult:
+        if self._journal is None or not request.id:
+            return self._move(request)
         try:
             before = self._journal.begin(record)
         except JournalError as error:

@@ -26,7 +26,7 @@ SILENCE_TIMEOUT = 2.0
 #: s between two questions about the motion.
 STATUS_PERIOD = 0.5
 #: s for which the arm must not know a request before nothing moved: the request itself may still
-#: be on its way while the question has arrived.
+#: be on its way while the question has arrived. LikeMe's drivers refuse it then (refuse_unknown).
 UNKNOWN_FOR = 1.0
 
 

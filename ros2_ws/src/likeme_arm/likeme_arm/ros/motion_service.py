@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import uuid
 from collections.abc import Callable
+from concurrent.futures import Future
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -11,14 +13,16 @@ from rclpy.node import Node
 
 from likeme_arm import messages
 from likeme_arm.motion_driver import MotionDriver, MotionRequest, StampedResult
-from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
+from likeme_arm.motion_journal import KEPT, JournalError, MotionJournal, MotionRecord
 from likeme_arm.ros.job_future import job_ended
 from likeme_core.outcomes import Actor, MotionOutcome
 from likeme_core.ros.time import stamp_ns
+from likeme_msgs.msg import Motion
 from likeme_msgs.srv import ExecuteAction, MotionStatus
 
 SERVICES = {Actor.ROBOT: 'arm/execute_action', Actor.HUMAN: 'human/execute_action'}
 STATUS_SERVICES = {Actor.ROBOT: 'arm/motion_status', Actor.HUMAN: 'human/motion_status'}
+CAME_LATE = 'The request came after its sender had given it up: nothing was started.'
 BUSY = 'My last motion is still in progress: nothing was started.'
 
 
@@ -40,6 +44,9 @@ class MotionService:
     ) -> None:
         self._node, self._driver, self._actor = node, driver, actor
         self._journal = journal
+        # Ids of requests that their senders have given up; the lock: one of them may come now.
+        self._refused_ids: dict[str, None] = {}
+        self._lock = threading.Lock()
         self.name, self.motions, self.refused = SERVICES[actor], 0, 0
         # The callback awaits the end of a motion; meanwhile other requests are answered BUSY.
         group = ReentrantCallbackGroup()
@@ -78,10 +85,6 @@ class MotionService:
             self._driver.world.check_label(request.world)
         except ValueError as error:
             return StampedResult(MotionOutcome.OTHER_WORLD, str(error))
-        # Before BUSY: it may be this very request that is under way.
-        before = self._find(request.id)
-        if before is not None:
-            return StampedResult(MotionOutcome.REPEATED, before.refusal)
         motion = MotionRequest(
             self._actor,
             request.object,
@@ -90,26 +93,51 @@ class MotionService:
             request.id,
             cancelled,
         )
-        job = self._driver.execute(motion)
-        if job is None:
-            return StampedResult(MotionOutcome.BUSY, BUSY)
+        job = self._queue(motion)
+        if isinstance(job, StampedResult):
+            return job
         await job_ended(self._node, job)
         return job.result()
+
+    def _queue(self, motion: MotionRequest) -> Future[StampedResult] | StampedResult:
+        """Queue a motion, or why it is refused."""
+        with self._lock:
+            if motion.id in self._refused_ids:
+                return StampedResult(MotionOutcome.EXPIRED, CAME_LATE)
+            # Before BUSY: it may be this very request that is under way.
+            try:
+                before = self._find(motion.id)
+            except JournalError as error:
+                return StampedResult(MotionOutcome.FAILED, f'Nothing moved: {error}')
+            if before is not None:
+                return StampedResult(MotionOutcome.REPEATED, before.refusal)
+            return self._driver.execute(motion) or StampedResult(MotionOutcome.BUSY, BUSY)
 
     def _status(
         self, request: MotionStatus.Request, response: MotionStatus.Response
     ) -> MotionStatus.Response:
-        record = self._find(request.id)
-        if record is None:
-            response.motion.id = request.id
-        else:
-            response.motion = messages.motion_msg(record, self._driver.now)
+        response.motion.id = request.id
+        with self._lock:
+            try:
+                record = self._find(request.id)
+            except JournalError as error:
+                self._node.get_logger().error(str(error))
+                response.motion.state = Motion.UNDER_WAY
+                response.motion.message = f'It is not known whether it has ended: {error}'
+                return response
+            if record is not None:
+                response.motion = messages.motion_msg(record, self._driver.now)
+            elif request.refuse_unknown:
+                self._refused_ids[request.id] = None
+                if len(self._refused_ids) > KEPT:
+                    self._refused_ids.pop(next(iter(self._refused_ids)))
         return response
 
     def _find(self, request_id: str) -> MotionRecord | None:
-        try:
-            record = self._journal.find(request_id)
-        except JournalError as error:
-            self._node.get_logger().error(str(error))
-            return None
+        """The request of an id.
+
+        Raises:
+            JournalError: what was kept cannot be read.
+        """
+        record = self._journal.find(request_id) or self._driver.waiting(request_id)
         return record if record is not None and record.actor is self._actor else None

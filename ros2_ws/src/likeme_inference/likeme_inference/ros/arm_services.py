@@ -22,7 +22,7 @@ def arm_services(node: Node) -> ArmServices:
         node.create_client(ExecuteAction, 'arm/execute_action'),
         node.create_client(MotionStatus, 'arm/motion_status'),
         read_motion,
-        lambda motion_id: MotionStatus.Request(id=motion_id),
+        lambda motion_id: MotionStatus.Request(id=motion_id, refuse_unknown=True),
         lambda response: read_status(response.motion),
     )
 
