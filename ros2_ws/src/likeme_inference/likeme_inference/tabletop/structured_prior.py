@@ -10,14 +10,14 @@ A row r = (x_i, a) that is to move an object has two predictions of the outcomes
 
    E_c the components of `latent_kernel` (all, direction, manner, mirror, pair), v_c the variances
    that all objects have in common, u_c those of single objects, S whom object o resembles.
-   `structure_fit` fits v, u and the mirror with S = 1.
+   `structure_fit` fits v, u and the mirror with S = I, the identity.
 
-S follows from the trials. With S = 1, d_i is the posterior mean of what object i differs by from
+S follows from the trials. With S = I, d_i is the posterior mean of what object i differs by from
 all others and t_i the total variance of that,
 
     S[o, i] = d_o . d_i / sqrt((|d_o|^2 + t_o) (|d_i|^2 + t_i))    for i != o,
 
-which is near 0 for an object with few trials: it borrows from all alike. Among the others S = 1:
+which is near 0 for an object with few trials: it borrows from all alike. Among the others S = I:
 their differences from their own mean add up to about 0, which would make the mean look certain.
 
 The weight of each prediction is its posterior probability given the trials of the object itself;
@@ -214,7 +214,7 @@ class StructuredPrior:
 
     @cached_property
     def _alone(self) -> LatentPosterior:
-        """The posterior with S = 1, by which the similarity is told."""
+        """The posterior with S = I, by which the similarity is told."""
         alone = np.eye(len(self.counts))
         return self._laplace(self._trials, kernel_over(self._rows, self.structure, alone))
 
