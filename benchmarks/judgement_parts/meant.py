@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ from likeme_core.world import load_world
 from likeme_inference.tabletop import GoalModel, TransitionModel
 from likeme_inference.tabletop.arrays import FloatArray
 from likeme_inference.tabletop.asking import Asking
+from likeme_inference.tabletop.domain import Policy
+from likeme_inference.tabletop.goal_model import Estimated
 from likeme_inference.tabletop.imitation import ImitationSettings
 from likeme_inference.tabletop.intended_success import intended_success, meant
 from likeme_inference.tabletop.prior import Prior
@@ -37,8 +40,6 @@ from report import Bar
 WORLDS = 1000
 #: Greatest difference of promised and realised, points.
 MOST = 2.0
-#: The estimates that promises are made by.
-PROMISING = 'shared', 'structured'
 TARGETS = (0.8, 0.9, 0.95)
 #: Sessions, their episodes, and those that are left out at the start of the later figure.
 SESSIONS, EPISODES, EARLY = 100, 300, 100
@@ -84,15 +85,13 @@ def bars(options: Namespace) -> list[Bar]:
 
 def _known(robot: Learned, name: str) -> list[Known]:
     found = []
-    for counts, alpha, truth in zip(robot.frequencies, getattr(robot, name), PEOPLE, strict=True):
-        learned = TransitionModel(counts.astype(np.int64), alpha - counts)
-        found.append(
-            Known(
-                GoalModel.of(learned, MODEL.domain),
-                GoalModel.of(learned.transition, MODEL.domain),
-                truth,
-            )
-        )
+    for o, (counts, truth) in enumerate(zip(robot.frequencies, PEOPLE, strict=True)):
+        known = TransitionModel(counts.astype(np.int64), getattr(robot, name)[o] - counts)
+        learned = GoalModel.of(known, MODEL.domain)
+        if learned.estimated is None:
+            # As `promising_model`.
+            learned = replace(learned, estimated=Estimated(robot.shared[o], Policy.DIRECT))
+        found.append(Known(learned, GoalModel.of(known.transition, MODEL.domain), truth))
     return found
 
 
@@ -148,7 +147,7 @@ def _promised(learned: list[list[Known]], name: str) -> list[Bar]:
     made = [Bar(f'{what}: realised', realised / episodes, None, '', n=n)]
     for way, total in promised.items():
         off = 100 * (total - realised) / episodes
-        bound = MOST if way == BARRED and name in PROMISING else None
+        bound = MOST if way == BARRED else None
         made += [
             Bar(f'{what}: {way}: promised', total / episodes, None, '', n=n),
             Bar(f'{what}: {way}: off', abs(off), bound, 'points', n=n),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from likeme_core.world import load_world
 from likeme_experiments.evaluation.new_object import new_object, untried_log_loss
 from likeme_inference.tabletop import help_rate, shipped
 from likeme_inference.tabletop.prior import Prior
@@ -28,3 +29,9 @@ def test_borrowing_helps_an_untried_object() -> None:
     losses = [untried_log_loss(MODEL, prior) for prior in (Prior.STRUCTURED, Prior.SHARED, None)]
     assert losses == sorted(losses)
     assert untried_log_loss(MODEL, Prior.OWN) == pytest.approx(np.log(3))
+
+
+@pytest.mark.parametrize('name', ['one_more_manner', 'three_bins'])
+def test_borrowing_is_never_much_worse_than_pooling(name: str) -> None:
+    other = shipped(load_world(name))
+    assert untried_log_loss(other, Prior.STRUCTURED) < untried_log_loss(other, None) + 0.002

@@ -73,7 +73,9 @@ def decision_record(
     """
     here, settings = session.state, session.deciding_settings
     model = session.model
-    objects = [decision.object] if settings.prior is Prior.OWN else list(model.objects)
+    # A promise by relative frequencies is by what is shared, too.
+    alone = settings.prior is Prior.OWN and settings.asking is not Asking.PROMISE
+    objects = [decision.object] if alone else list(model.objects)
     return {
         'decision': to_json(decision),
         'demonstration': to_json(demonstration or here.demonstration),

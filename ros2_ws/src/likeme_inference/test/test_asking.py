@@ -144,15 +144,17 @@ def test_what_the_robot_reached_counts_as_probably_meant() -> None:
 def test_an_answer_makes_the_goal_certain(reply: Reply) -> None:
     here = session(asking=Asking.PROMISE, promise=1.0)
     assert decide(here, RIGHT, LEFT).kind is Kind.ASK_HUMAN
+    goal = LEFT
     if reply is Reply.NAME_GOAL:
-        here.answered(reply, goal=LEFT)
+        goal = OFFTABLE
+        here.answered(reply, goal=goal)
         here.settings = replace(here.settings, promise=0.2)
         told = here.look(table(20, pear=RIGHT))
         assert isinstance(told, Decision)
         assert told.kind is Kind.EXECUTE
     else:
         here.answered(reply)
-    finish(here, LEFT, 30)
+    finish(here, goal, 30)
     assert here.state.promise is not None
     assert here.state.promise.recent == (1.0,)
 

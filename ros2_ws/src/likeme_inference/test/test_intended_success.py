@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -142,6 +143,46 @@ def test_relative_frequencies_and_other_demonstrators_are_certain() -> None:
     assert GoalModel.of(counts).estimated is not None
     assert GoalModel.of(TransitionModel(counts.counts)).estimated is None
     assert GoalModel.of(counts, demonstrator=counts).estimated is None
+
+
+def test_relative_frequencies_choose_and_what_they_promise_is_uncertain() -> None:
+    model = shipped()
+    chosen, promising = model.goal_model('pear'), model.promising_model('pear')
+    assert np.array_equal(promising.transition, chosen.transition)
+    assert np.array_equal(promising.goal_posterior(0, 1), chosen.goal_posterior(0, 1))
+    assert promising is model.promising_model('pear')
+    assert promising.estimated is not None
+    alpha = model.counted('pear', prior=Prior.SHARED).pseudo_counts
+    assert np.array_equal(promising.estimated.pseudo_counts, alpha)
+    # A prior that was chosen is kept, and without aims there is none to borrow by.
+    assert model.promising_model('pear', concentration=0.5) is model.goal_model(
+        'pear', concentration=0.5
+    )
+    aimless = replace(model, domain=replace(model.domain, aims={}))
+    assert aimless.promising_model('pear').estimated is None
+
+
+def test_the_best_of_relative_frequencies_is_not_what_it_promises() -> None:
+    """Robots of 10 trials a pair in the paper's table, who take the best action of each change."""
+    rng, real, pairs = np.random.default_rng(0), shipped(), [(0, 1), (0, 2), (1, 0), (1, 2)]
+    table = {name: known.transition for name, known in real.objects.items()}
+    totals = np.zeros(3)
+    for _ in range(12):
+        rows = tuple(
+            row._replace(counts=tuple(rng.multinomial(10, table[row.object][row.x_i, row.action])))
+            for row in real.rows
+        )
+        robot = replace(real, rows=rows)
+        for name, (x, g) in product(table, pairs):
+            believed = np.eye(3)[g]
+            own, promising = robot.goal_model(name), robot.promising_model(name)
+            a = int(own.success(x, g).argmax())
+            belief = np.full((len(meant(promising, x, g)), 1), 1 / 2048) * believed
+            by_draws = float(intended_success(promising, x, belief)[a])
+            totals += [own.success(x, g)[a], by_draws, table[name][x, a, g]]
+    certain, uncertain, realised = totals / (12 * 12)
+    assert certain > realised + 0.03
+    assert uncertain == pytest.approx(realised, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -19,10 +19,15 @@ from likeme_inference.tabletop.latent_kernel import (
     mirrors,
     row_kernel,
 )
+from likeme_inference.tabletop.population_prior import (
+    START,
+    fit_population,
+    population_prior,
+)
 from likeme_inference.tabletop.robot_model import RobotModel
 from likeme_inference.tabletop.shared_prior import fit_weights, shared_prior
 from likeme_inference.tabletop.structure_fit import Structure, fit_structure
-from likeme_inference.tabletop.structured_prior import StructuredPrior
+from likeme_inference.tabletop.structured_prior import StructuredPrior, _success
 from likeme_inference.tabletop.values import Decision
 from likeme_inference.value_json import from_json, to_json
 
@@ -34,13 +39,13 @@ PUSH_LEFT, PUSH_RIGHT = 3, 4
 
 
 def test_laplace_agrees_with_integration_over_one_row() -> None:
-    kernel, counts = np.diag([1.0, 1e-12]), np.array([[7.0, 3.0]])
-    found = laplace(kernel, counts)
+    kernel, successes, trials = np.array([[1.5]]), np.array([7.0]), np.array([10.0])
+    found = laplace(kernel, successes, trials)
     z = np.linspace(-8, 8, 4001)
-    log_p = -7 * np.log1p(np.exp(-z)) - 3 * np.log1p(np.exp(z)) - z**2 / 2
+    log_p = -7 * np.log1p(np.exp(-z)) - 3 * np.log1p(np.exp(z)) - z**2 / 3
     density = np.exp(log_p)
-    evidence = np.log(density.sum() * (z[1] - z[0]) / np.sqrt(2 * np.pi))
-    assert found.mode[0, 0] == pytest.approx(z[log_p.argmax()], abs=0.005)
+    evidence = np.log(density.sum() * (z[1] - z[0]) / np.sqrt(3 * np.pi))
+    assert found.mode[0] == pytest.approx(z[log_p.argmax()], abs=0.005)
     assert found.evidence == pytest.approx(evidence, abs=0.02)
     variance = (kernel - kernel @ found.precision @ kernel)[0, 0]
     mean = (density * z).sum() / density.sum()
@@ -49,12 +54,28 @@ def test_laplace_agrees_with_integration_over_one_row() -> None:
 
 def test_weights_are_the_gradient_at_the_mode() -> None:
     rng = np.random.default_rng(0)
-    root = rng.normal(size=(12, 12))
-    counts = rng.integers(0, 6, (4, 3)).astype(float)
-    found = laplace(root @ root.T, counts)
-    p = np.exp(found.mode - found.mode.max(axis=1, keepdims=True))
-    p /= p.sum(axis=1, keepdims=True)
-    assert found.weights == pytest.approx(counts - counts.sum(axis=1, keepdims=True) * p, abs=1e-3)
+    root = rng.normal(size=(6, 6))
+    trials = rng.integers(0, 9, 6).astype(float)
+    successes = rng.binomial(trials.astype(int), 0.6).astype(float)
+    found = laplace(root @ root.T, successes, trials)
+    p = 1 / (1 + np.exp(-found.mode))
+    assert found.weights == pytest.approx(successes - trials * p, abs=1e-3)
+    assert root @ root.T @ found.weights == pytest.approx(found.mode)
+
+
+def test_what_is_predicted_of_a_row_does_not_depend_on_its_own_trials() -> None:
+    """Two rows of common log odds: one is predicted from the other alone, by integration."""
+    kernel = np.full((2, 2), 1.0) + 0.3 * np.eye(2)
+    for own in (0.0, 4.0):
+        found = laplace(kernel, np.array([own, 6.0]), np.array([own, 8.0]))
+        mean, square = (each[0] for each in _success(found, kernel))
+        one, other = np.meshgrid(np.linspace(-7, 7, 701), np.linspace(-7, 7, 701), indexing='ij')
+        inverse = np.linalg.inv(kernel)
+        prior = inverse[0, 0] * (one**2 + other**2) / 2 + inverse[0, 1] * one * other
+        density = np.exp(-6 * np.log1p(np.exp(-other)) - 2 * np.log1p(np.exp(other)) - prior)
+        p = 1 / (1 + np.exp(-one))
+        assert mean == pytest.approx((density * p).sum() / density.sum(), abs=0.02)
+        assert square == pytest.approx((density * p**2).sum() / density.sum(), abs=0.02)
 
 
 def test_components_of_the_papers_table() -> None:
@@ -64,10 +85,45 @@ def test_components_of_the_papers_table() -> None:
     # From LEFT and from RIGHT, the same is true of PUSH across: direction and mirror agree here.
     pairs = rows.pairs.tolist()
     across, back = pairs.index([LEFT, PUSH_RIGHT]), pairs.index([RIGHT, PUSH_LEFT])
-    assert alike['manner'][3 * across + RIGHT, 3 * back + LEFT] == 1
-    assert alike['manner'][3 * across + RIGHT, 3 * back + RIGHT] == 0
-    assert alike['pair'][3 * across + RIGHT, 3 * back + LEFT] == 0
+    assert alike['manner'][across, back] == 1
+    assert alike['pair'][across, back] == 0
+    assert alike['manner'].sum() == 4 * 2**2
     assert not alike['mirror'].any()
+    reached, trials = rows.succeeded(rows.trials(COUNTS))
+    pear = list(shipped().objects).index('pear')
+    assert (reached[pear, back], trials[pear, back]) == (4, 10)
+
+
+def test_the_population_is_pooled_where_objects_do_not_differ() -> None:
+    """Limits: objects alike are pooled; objects that all differ are worth one each."""
+    rows = row_kernel(TABLETOP)
+    trials = np.zeros((4, 8, 3))
+    at = np.arange(8)
+    trials[:3, at, rows.aims] = 30
+    trials[:3, at, rows.pairs[:, 0]] = 10
+    alike, differing = (
+        population_prior(rows, trials, START._replace(concentration=c)) for c in (1e9, 1e-9)
+    )
+    by_role = 2.1
+    assert alike[3].sum(axis=-1) == pytest.approx(120 + by_role)
+    assert alike[3, at, rows.aims] == pytest.approx(90 + 1)
+    share = differing[3] / differing[3].sum(axis=-1, keepdims=True)
+    assert share[at, rows.aims] == pytest.approx((3 * 0.75 + 1) / (3 + by_role))
+    # The prior of an object is from the others' trials; without any, it is that of the roles.
+    assert alike[0].sum(axis=-1) == pytest.approx(80 + by_role)
+    none = population_prior(rows, np.zeros((1, 8, 3)), START)
+    assert none[0, at, rows.aims] == pytest.approx(none[0, at, rows.pairs[:, 0]])
+    assert (none > 0).all()
+
+
+def test_the_population_is_fitted_to_how_much_objects_differ() -> None:
+    rng, rows = np.random.default_rng(0), row_kernel(THREE.domain)
+    mean = rng.dirichlet(np.ones(4), len(rows.pairs))
+    fitted = []
+    for c in (2.0, 50.0):
+        world = np.array([[rng.dirichlet(c * m + 1e-9) for m in mean] for _ in range(8)])
+        fitted.append(fit_population(rows, rng.multinomial(20, world).astype(float)).concentration)
+    assert fitted[0] < 4 < 15 < fitted[1]
 
 
 def test_mirrors_and_manners_come_from_the_domain() -> None:

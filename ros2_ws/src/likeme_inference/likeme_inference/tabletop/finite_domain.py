@@ -107,10 +107,15 @@ class Domain:
         Raises:
             ValueError: an action is aimed at no goal, or at one that is no single state.
         """
-        targets = [self.aims.get(action) for action in self.actions]
-        if not all(self.goals.get(goal or '') == (goal,) for goal in targets):
+        if not self.aimed_at_states:
             raise ValueError('Expected every action aimed at a state, got one that is not.')
-        return tuple(self.states.index(goal) for goal in targets if goal is not None)
+        return tuple(self.states.index(self.aims[action]) for action in self.actions)
+
+    @property
+    def aimed_at_states(self) -> bool:
+        """Whether every action is aimed at a goal of a single state, its name."""
+        targets = [self.aims.get(action) for action in self.actions]
+        return all(self.goals.get(goal or '') == (goal,) for goal in targets)
 
     def state(self, name: str) -> int:
         """Number of a state."""

@@ -371,7 +371,8 @@ def first_promise(model: RobotModel, settings: ImitationSettings) -> Promise:
 
 
 def _goal_model(model: RobotModel, settings: ImitationSettings, name: str) -> GoalModel:
-    return model.goal_model(
+    promises = settings.asking is Asking.PROMISE
+    return (model.promising_model if promises else model.goal_model)(
         name, settings.goal_prior, settings.policy, settings.concentration, settings.prior
     )
 

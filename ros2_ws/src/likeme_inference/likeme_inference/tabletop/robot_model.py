@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from likeme_inference.tabletop.bounded_cache import BoundedCache
 from likeme_inference.tabletop.checks import number
 from likeme_inference.tabletop.domain import TABLETOP, Policy
 from likeme_inference.tabletop.finite_domain import Domain
-from likeme_inference.tabletop.goal_model import GoalModel
+from likeme_inference.tabletop.goal_model import Estimated, GoalModel
 from likeme_inference.tabletop.object_priors import Borrowed, ObjectPriors
 from likeme_inference.tabletop.prior import Prior
 from likeme_inference.tabletop.transition_model import TransitionModel
@@ -189,5 +189,34 @@ class RobotModel:
             key,
             lambda: GoalModel.of(
                 self.counted(name, concentration, prior), self.domain, goal_prior, policy=policy
+            ),
+        )
+
+    def promising_model(
+        self,
+        name: str,
+        goal_prior: Sequence[float] | None = None,
+        policy: Policy = Policy.DIRECT,
+        concentration: float = 0.0,
+        prior: Prior = Prior.OWN,
+    ) -> GoalModel:
+        """The same goal model, never certain: success that is promised is a mean over draws.
+
+        Relative frequencies say nothing of how far they are off, and the best of several promises
+        too much. They still choose; what is promised of the choice is by Prior.SHARED.
+
+        Args and errors: see `goal_model`.
+        """
+        known = self.goal_model(name, goal_prior, policy, concentration, prior)
+        if known.estimated is not None or not self.domain.aimed_at_states:
+            return known
+        key = known, Prior.SHARED
+        return self._goal_models.get(
+            key,
+            lambda: replace(
+                known,
+                estimated=Estimated(
+                    self.counted(name, prior=Prior.SHARED).pseudo_counts, Policy(policy)
+                ),
             ),
         )
