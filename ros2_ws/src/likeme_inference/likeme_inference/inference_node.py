@@ -243,8 +243,8 @@ class InferenceNode(ManagedNode):
             self._ask_human.desk.accept(answer)
         if restored.belief is not None:
             self._belief_pub.publish(messages.belief_msg(self._world, restored.belief))
-        if state.decision is not None:
-            self._decision_pub.publish(messages.decision_msg(self._world, state.decision))
+        if restored.newest is not None:
+            self._decision_pub.publish(messages.decision_msg(self._world, restored.newest))
             self._record_pub.publish(restored.record)
         if restored.outcome is not None:
             if restored.decided is not None:

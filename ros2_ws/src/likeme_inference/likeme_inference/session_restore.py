@@ -42,7 +42,8 @@ class Restored:
         answers: the last ones.
         outcomes: the latest, oldest first, as many as calibration looks back to.
         events: of the newest demonstration of joint goals.
-        record: of the state's decision, see decision_record; None: there is no decision.
+        newest: decision, that of the state or a later one that was answered before it.
+        record: of it, see decision_record; None: there is no decision.
         sentence: what is restored; empty: nothing.
     """
 
@@ -54,6 +55,7 @@ class Restored:
     answers: tuple[AcceptedAnswer, ...] = ()
     outcomes: tuple[Outcome, ...] = ()
     events: tuple[ToldEvent, ...] = ()
+    newest: Decision | None = None
     record: Mapping[str, Any] | None = None
     sentence: str = ''
 
@@ -176,7 +178,8 @@ def _taken_up(there: _Reader, kept: Mapping[str, Any], decisions: int) -> Restor
         there.latest('answer', AcceptedAnswer, ANSWERS_KEPT),
         there.latest('outcome', Outcome, WINDOW),
         there.events(),
-        there.record(kept['decision']),
+        there.decision(decisions or None),
+        there.record(decisions or None),
         _sentence(there.place, state),
     )
 

@@ -105,6 +105,8 @@ def test_a_session_restored_from_its_log_after_every_step(tmp_path: Path, seed: 
     got: list[SessionEvent] = []
     for value in random_inputs(random.Random(100 + seed), whole, 60):
         restored = restore(parts.log)
+        decided = [each for each in got if isinstance(each, Decision)]
+        assert [restored.newest] == (decided[-1:] or [None])
         # The newest table state is not in the log; the camera goes on.
         restored.state.latest = parts.session.state.latest
         restored.state.last_view = parts.session.state.last_view

@@ -308,7 +308,12 @@ def budget_counts_down(t: Trace, bad: bool) -> None:
 
 def decides_on_a_settled_table(t: Trace, bad: bool) -> None:
     shown = t.shown()
-    t.decision(t.table(2 if bad else 0), shown)
+    time = t.table(2 if bad else 0)
+    t.decision(time, shown)
+    t.outcome(t.table(0), result=3, x_f=255, motion_outcome=255)
+    for _ in range(1001):
+        t.table(0)
+    t.decision(time, shown)
 
 
 def one_decision_at_a_time(t: Trace, bad: bool) -> None:
@@ -336,7 +341,11 @@ def outcomes_once(t: Trace, bad: bool) -> None:
 
 def outcomes_are_seen(t: Trace, bad: bool) -> None:
     t.moved()
-    t.outcome(t.table(1, settled=not bad))
+    time = t.table(1, settled=not bad)
+    t.outcome(time)
+    for _ in range(1001):
+        t.table(1)
+    t.outcome(time)
 
 
 def reached_is_at_the_goal(t: Trace, bad: bool) -> None:

@@ -219,6 +219,10 @@ class DecidesOnASettledTable(Policy):
         stamp, first = stamp_of(message), self.seen.first_stamp
         if first is None or stamp < first:
             return
+        known = self.seen.decisions.get(int(message.id))
+        if known is not None and stamp_of(known) == stamp:
+            # Told again after a restart, when its table state may be long past.
+            return
         table = self.seen.tables.get(stamp)
         if table is None:
             yield f'Expected a table state of {stamp} ns, got none before the decision.'

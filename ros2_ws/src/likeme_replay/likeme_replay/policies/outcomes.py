@@ -69,6 +69,10 @@ class OutcomesAreSeen(Policy):
         stamp, first = stamp_of(message), self.seen.first_stamp
         if message.x_f == UNKNOWN or first is None or stamp < first:
             return
+        known = self.seen.outcomes.get(int(message.decision_id))
+        if known is not None and stamp_of(known) == stamp:
+            # Told again after a restart, when its table state may be long past.
+            return
         table = self.seen.tables.get(stamp)
         where = None if table is None else state_in(table, message.object)
         if table is None or where != message.x_f or not table.settled:
