@@ -6,8 +6,11 @@
 # multinomial test at 0.05, and how many of those that the search did not use.
 #
 #   --evaluate-only   no search: evaluate the current parameters
+#   --parameters FILE no search: evaluate the values in FILE, JSON by name as a search leaves them
+#                     in DIR/parameters.json; parameters that it does not name stay as they are
 #   --camera          evaluate by full trials with perception instead of an error model of it
 #   --trials N        trials of each row in the evaluation (50)
+#   --first-seed N    seed of each row's first trial in the evaluation (2147483648)
 #   --workers N       processes (2)
 #   --seed N          seed of the search (1); the same seed gives the same search
 #   --out DIR         where all trials are kept (out/fit_physics); a stopped search continues there

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from itertools import product
 from math import factorial
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
+from typer.testing import CliRunner
 
 from likeme_arm_sim.fitted_parameters import fitted_parameters, fitted_values
 from likeme_core.paper_world import WORLD
+from likeme_experiments.commands.fit_physics import app, values_in
 from likeme_experiments.physics_fit.deviance import MAX_DEVIANCE, deviance
 from likeme_experiments.physics_fit.evaluate import RowEvaluation, evaluate_row, table_text
 from likeme_experiments.physics_fit.level_trials import read, try_levels
@@ -120,6 +124,38 @@ def test_levels_ascend_within_the_range_and_include_the_value(name: str) -> None
         assert value in tried
         assert tried == sorted(set(tried))
         assert p.low <= tried[0] <= tried[-1] <= p.high
+
+
+def test_values_to_evaluate_are_read_from_what_a_search_leaves(tmp_path: Path) -> None:
+    path = tmp_path / 'parameters.json'
+    path.write_text(json.dumps(fitted_values(WORLD)))
+    assert values_in(path) == fitted_values(WORLD)
+    path.write_text('{"reach": 0.6}')
+    assert values_in(path) == {'reach': 0.6}
+
+
+@pytest.mark.parametrize(
+    ('text', 'sentence'),
+    [
+        ('{', 'Expected JSON'),
+        ('[0.6]', 'Expected values by name'),
+        ('{"Reach": 0.6}', "Expected one of pear_friction, .*, got 'Reach'"),
+        ('{"reach": 6}', 'Expected 0.56 to 0.66 for reach, got 6'),
+        ('{"reach": NaN}', 'Expected 0.56 to 0.66 for reach, got nan'),
+        ('{"reach": true}', 'Expected 0.56 to 0.66 for reach, got True'),
+    ],
+)
+def test_values_that_cannot_be_evaluated_are_refused(
+    text: str, sentence: str, tmp_path: Path
+) -> None:
+    path = tmp_path / 'parameters.json'
+    path.write_text(text)
+    with pytest.raises(typer.BadParameter, match=sentence):
+        values_in(path)
+    out = tmp_path / 'out'
+    answer = CliRunner().invoke(app, ['--parameters', str(path), '--out', str(out)])
+    assert answer.exit_code == 2
+    assert not out.exists()
 
 
 def test_a_level_must_be_better_by_the_margin() -> None:

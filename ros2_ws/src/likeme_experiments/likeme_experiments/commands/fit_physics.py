@@ -11,12 +11,12 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from likeme_arm_sim.fitted_parameters import fitted_values
+from likeme_arm_sim.fitted_parameters import fitted_parameters, fitted_values
 from likeme_core.cli import MAX_SEED
 from likeme_core.paper_world import WORLD
 from likeme_core.typer_app import App
 from likeme_experiments.physics_fit.deviance import deviance
-from likeme_experiments.physics_fit.evaluate import evaluate_rows, table_text
+from likeme_experiments.physics_fit.evaluate import FRESH, evaluate_rows, table_text
 from likeme_experiments.physics_fit.level_trials import try_levels
 from likeme_experiments.physics_fit.search import STEPS, WIDE, best_level, levels, touches
 from likeme_experiments.physics_fit.table_rows import TableRow, split, table_rows
@@ -58,19 +58,61 @@ def main(
         False
     ),
     trials: Annotated[int, typer.Option(min=1, help='Trials of each row in the evaluation.')] = 50,
+    parameters: Annotated[
+        Path | None,
+        typer.Option(
+            exists=True,
+            dir_okay=False,
+            help='Evaluate these without a search: JSON of values by name; others as current.',
+        ),
+    ] = None,
+    first_seed: Annotated[
+        int,
+        typer.Option(
+            min=0, max=MAX_SEED, help="Seed of each row's first trial in the evaluation."
+        ),
+    ] = FRESH,
 ) -> None:
     """Fit the parameters, then compare them with the real robot on unused seeds."""
+    given = {} if parameters is None else values_in(parameters)
     out.mkdir(parents=True, exist_ok=True)
     console = Console(stderr=True)
-    found = fitted_values(WORLD) if evaluate_only else _search(out, seed, workers, console)
+    if evaluate_only or parameters is not None:
+        found = fitted_values(WORLD) | given
+    else:
+        found = _search(out, seed, workers, console)
     (out / 'parameters.json').write_text(json.dumps(found, indent=1) + '\n')
     with Progress(console=console) as progress:
         task = progress.add_task('evaluation', total=36)
         on_progress = partial(_update, progress, task)
-        table = evaluate_rows(found, table_rows(), trials, workers, on_progress, by_camera=camera)
+        table = evaluate_rows(
+            found, table_rows(), trials, workers, on_progress, first_seed, by_camera=camera
+        )
     text = table_text(table, split(table_rows())[0])
     (out / 'table.txt').write_text(text + '\n')
     typer.echo(text)
+
+
+def values_in(path: Path) -> dict[str, float]:
+    """Values of fitted parameters by name, from a JSON file.
+
+    Raises:
+        typer.BadParameter: the file holds anything else.
+    """
+    try:
+        given = json.loads(path.read_text())
+    except ValueError as error:
+        raise typer.BadParameter(f'Expected JSON in {path}, got: {error}.') from None
+    if not isinstance(given, dict):
+        raise typer.BadParameter(f'Expected values by name in {path}, got {given!r:.60}.')
+    known = fitted_parameters(WORLD)
+    for name, value in given.items():
+        if name not in known:
+            raise typer.BadParameter(f"Expected one of {', '.join(known)}, got '{name}'.")
+        low, high = known[name].low, known[name].high
+        if type(value) not in (int, float) or not low <= value <= high:
+            raise typer.BadParameter(f'Expected {low:g} to {high:g} for {name}, got {value!r}.')
+    return {name: float(value) for name, value in given.items()}
 
 
 def _update(progress: Progress, task: TaskID, done: int) -> None:
