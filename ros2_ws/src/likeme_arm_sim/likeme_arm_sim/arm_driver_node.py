@@ -79,6 +79,7 @@ class ArmDriverNode(MotionDriverNode):
         self._cell = Cell(
             self._world, seed, cell_settings(values, self._world), arm_visible,
             lambda: self._hold.block, sheets_on_table(values['calibration_board']),
+            change=lambda: self._hold.change,
         )  # fmt: skip
         self._journal = self._open_journal()
         self._driver = SimulationDriver(

@@ -79,6 +79,7 @@ class Cell:
         block: Callable[[], Block | None] = lambda: None,
         lying: Sequence[PaintedPlane] = (),
         person: bool = True,
+        change: Callable[[], int] = lambda: 0,
     ) -> None:
         """Build the cell.
 
@@ -88,6 +89,7 @@ class Cell:
             settings: None: the defaults.
             arm_visible: whether the camera sees the arm; a real one stands elsewhere.
             block: why nothing may move, see MotionController.
+            change: number of the last hold or resume, see MotionController.
             lying: sheets on the table that the camera sees.
             person: whether there is one; physics without the person's hands is faster.
         """
@@ -97,7 +99,7 @@ class Cell:
         physics, speed = self.settings.physics, self.settings.arm_speed
         kinematics = Kinematics(physics.arm.reach)
         self.physics_world = PhysicsWorld(world.table, toys_of(world), physics)
-        self._controller = MotionController(self.physics_world, block)
+        self._controller = MotionController(self.physics_world, block, change)
         tick = self._controller.tick
         self.arm = Arm(self.physics_world.client, kinematics, tick, speed, physics.gripper)
         self.hand = HumanHand(self.physics_world, tick, Side if person else ())
@@ -117,6 +119,11 @@ class Cell:
     def block(self) -> Block | None:
         """Why nothing may move; None: motion is allowed."""
         return self._controller.block
+
+    @property
+    def change(self) -> int:
+        """Number of the last hold or resume that was heard."""
+        return self._controller.change
 
     def hold(self) -> None:
         """Stop all motion before the next control step; may be called from any thread."""

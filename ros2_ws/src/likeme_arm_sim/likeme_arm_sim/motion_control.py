@@ -24,10 +24,21 @@ class MotionController:
     """Runs one motion at a time. Only `hold`, `resume` and `block` are thread-safe."""
 
     def __init__(
-        self, physics_world: PhysicsWorld, block: Callable[[], Block | None] = lambda: None
+        self,
+        physics_world: PhysicsWorld,
+        block: Callable[[], Block | None] = lambda: None,
+        change: Callable[[], int] = lambda: 0,
     ) -> None:
-        """block: why nothing may move, asked at every control step; None: motion is allowed."""
-        self._physics_world, self._block = physics_world, block
+        """Set it up.
+
+        Args:
+            physics_world: what moves.
+            block: why nothing may move, asked at every control step; None: motion is allowed.
+            change: number of the last hold or resume: a hold that was over before it was heard
+                ends a motion, too.
+        """
+        self._physics_world, self._block, self._change = physics_world, block, change
+        self._begun_at = 0
         self._held = threading.Event()
         self._stopped_by: Block | None = None
         self._halt: Callable[[], None] = lambda: None
@@ -39,6 +50,11 @@ class MotionController:
     def block(self) -> Block | None:
         """Why nothing may move; None: motion is allowed."""
         return Block.HELD if self._held.is_set() else self._block()
+
+    @property
+    def change(self) -> int:
+        """Number of the last hold or resume that was heard."""
+        return self._change()
 
     def hold(self) -> None:
         """Stop all motion before the next control step; may be called from any thread."""
@@ -57,6 +73,8 @@ class MotionController:
         block = self.block
         if block is Block.UNHEARD:
             block = self._wait_for_keeper()
+        if block is None and self._change() != self._begun_at:
+            block = Block.HELD
         late = self._physics_world.time >= self._deadline
         if block is not None or late or self._cancelled():
             self._stopped_by = block
@@ -82,6 +100,7 @@ class MotionController:
         """
         self._on_tick, self._halt, self._cancelled = on_tick, halt, cancelled
         self._deadline = self._physics_world.time + budget
+        self._begun_at = self._change()
         try:
             return motion()
         except MotionStoppedError:

@@ -72,7 +72,7 @@ class SimulationDriver(MotionDriver):
         self._pacer = Pacer()
         self._set_epoch()
         self._steps_per_frame = max(1, round(STEP_RATE / settings.camera_rate))
-        self._was_blocked = False
+        self._was_blocked, self._last_change = False, cell.change
 
     @property
     def now(self) -> int:
@@ -137,10 +137,10 @@ class SimulationDriver(MotionDriver):
 
     def _idle(self) -> None:
         """Without a motion: step up to the next frame; after a hold, clear the table first."""
-        blocked = self.block is not None
-        if self._was_blocked and not blocked:
+        blocked, change = self.block is not None, self.cell.change
+        if not blocked and (self._was_blocked or change != self._last_change):
             self.cell.clear_table(self._tick)
-        self._was_blocked = blocked
+        self._was_blocked, self._last_change = blocked, change
         self._write_late_ends()
         for _ in range(self._steps_per_frame):
             self.cell.step()

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from likeme_arm import job_thread, motion_driver
-from likeme_arm.hold_monitor import Block
+from likeme_arm.hold_monitor import Block, HoldMonitor
 from likeme_arm.motion import ObjectView
 from likeme_arm.motion_driver import MotionRequest, StampedResult
 from likeme_arm.motion_journal import JournalError, MotionJournal, MotionRecord
@@ -249,6 +249,24 @@ def test_a_motion_pauses_while_the_keeper_is_late_and_ends_when_it_is_gone(
     assert result.finished > began + 2.0
     assert result.outcome is MotionOutcome.HELD
     assert result.message == 'The motion was stopped: the hold keeper was not heard any more.'
+
+
+def test_a_hold_that_was_over_before_it_was_heard_ends_the_motion() -> None:
+    hold = HoldMonitor()
+    hold.hear(False, 1)
+    cell = Cell(WORLD, 1, block=lambda: hold.block, change=lambda: hold.change)
+    began = cell.time
+
+    def on_tick() -> None:
+        # Changes 2 and 3, of which the first was lost with its keeper.
+        hold.hear(False, 3 if cell.time - began > 1.0 else 1)
+
+    result = cell.run_action(Actor.HUMAN, 'chicken', PLACE, lambda _: None, on_tick)
+    assert result.outcome is MotionOutcome.HELD
+    assert began + 1.0 < result.finished < began + 1.1
+    # The next one is another matter.
+    again = cell.run_action(Actor.HUMAN, 'chicken', PLACE, lambda _: None, on_tick)
+    assert again.outcome is MotionOutcome.COMPLETED
 
 
 def test_a_cancelled_motion_stops_where_it_is_and_nothing_moves_until_the_next(
