@@ -1,8 +1,5 @@
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -10,6 +7,7 @@ import pytest
 from likeme_arm import motion_journal
 from likeme_arm.motion_journal import LOST_MESSAGE, JournalError, MotionJournal, MotionRecord
 from likeme_core.outcomes import Actor, MotionOutcome
+from unprivileged import unprivileged
 
 
 def request(name: str) -> MotionRecord:
@@ -84,11 +82,7 @@ def test_a_journal_that_was_read_only_when_it_was_opened(path: Path) -> None:
     files = [path, *(Path(f'{path}{suffix}') for suffix in ('-wal', '-shm'))]
     for file in files:
         file.chmod(0o400)
-    # Root may write where the mode forbids it, except without this capability.
-    user = ['setpriv', '--bounding-set=-dac_override,-dac_read_search'] if not os.geteuid() else []
-    command = [*user, sys.executable, '-c', WRITER, *map(str, files)]
-    said = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
-    refused, begun = said.splitlines()
+    refused, begun = unprivileged(WRITER, *map(str, files)).splitlines()
     assert 'readonly' in refused
     assert begun == 'None'
     assert journal.find('b') == request('b')

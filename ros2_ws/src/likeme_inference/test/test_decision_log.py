@@ -246,42 +246,25 @@ try:
 except StoreError as error:
     print(error)
 path.parent.chmod(0o700)
-path.chmod(0o600)
+for part in path.parent.glob(path.name + '*'):
+    part.chmod(0o600)
 print(log.append('run', [('remark', '{}')]))
 """
 
 
-REOPENED = REPAIRER.replace(
-    'path.chmod(0o600)',
-    'for part in path.parent.glob(path.name + "*"): part.chmod(0o600)',
-)
-
-
-def test_a_log_that_becomes_writable_again_is_written_to(log: DecisionLog, path: Path) -> None:
-    log.append('run', TEN)
-    log.close()
-    undo = read_only(path)
-    try:
-        refused, number = unprivileged(REPAIRER, str(path)).splitlines()
-    finally:
-        undo()
-    assert refused == f'{path} cannot be written to: the file or its folder is read-only.'
-    assert number == '11'
-
-
-def test_a_log_that_is_read_only_in_use_becomes_writable_again(
-    log: DecisionLog, path: Path
+@pytest.mark.parametrize('in_use', [False, True])
+def test_a_log_that_was_read_only_is_written_to_once_it_can_be(
+    log: DecisionLog, path: Path, in_use: bool
 ) -> None:
-    # With its write-ahead log beside it, as while a node has it open.
     log.append('run', TEN)
-    parts = [path, *(Path(f'{path}{suffix}') for suffix in ('-wal', '-shm'))]
-    for part in parts:
-        part.chmod(0o400)
-    try:
-        refused, number = unprivileged(REOPENED, str(path)).splitlines()
-    finally:
-        for part in parts:
-            part.chmod(0o600)
+    if in_use:
+        # With its write-ahead log beside it, as while a node has it open.
+        for part in path.parent.glob(f'{path.name}*'):
+            part.chmod(0o400)
+    else:
+        log.close()
+        read_only(path)
+    refused, number = unprivileged(REPAIRER, str(path)).splitlines()
     assert refused == f'{path} cannot be written to: the file or its folder is read-only.'
     assert number == '11'
 
