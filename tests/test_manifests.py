@@ -54,10 +54,10 @@ NAMES = {
     'websockets': (None, 'websockets'),
     'pyarrow': (None, 'pyarrow'),
 }
-#: Helpers of tests that lie outside their package, and what they import.
-HELPERS = {
+#: Helpers of tests that lie outside their package, and what they import; None: nothing to name.
+HELPERS: dict[str, str | None] = {
     'graph': 'domain_coordinator', 'in_process': 'domain_coordinator',
-    'transforms': 'geometry_msgs',
+    'transforms': 'geometry_msgs', 'unprivileged': None,
 }  # fmt: skip
 HELPER_FILES = {
     path.stem
@@ -98,7 +98,8 @@ def test_a_manifest_names_what_is_imported(package: str) -> None:
 @pytest.mark.parametrize('package', PACKAGES)
 def test_a_manifest_names_what_its_tests_import(package: str) -> None:
     imported = {HELPERS.get(name, name) for name in imports_of(package, 'test')}
-    missing = {key_of(name) for name in imported} - keys_of(package, tests=True) - {None}
+    named = keys_of(package, tests=True)
+    missing = {key_of(name) for name in imported if name is not None} - named - {None}
     assert not missing, f'{package}/package.xml does not name {missing} for its tests.'
 
 
