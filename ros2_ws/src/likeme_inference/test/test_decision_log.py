@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from unprivileged import unprivileged
 
 from likeme_core.paper_world import WORLD
 from likeme_inference.experience.decision_log import DecisionLog
 from likeme_inference.experience.store import ExperienceStore
 from likeme_inference.experience.store_error import StoreError
+from unprivileged import unprivileged
 
 TEN = [('decision', json.dumps({'id': n, 'p': 0.1 * n}, sort_keys=True)) for n in range(10)]
 COLUMNS = ('number', 'time', 'run', 'kind', 'text', 'previous', 'hash')

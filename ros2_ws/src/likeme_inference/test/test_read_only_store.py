@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import pytest
 from example_trials import trial
-from unprivileged import unprivileged
 
 from likeme_core.paper_world import WORLD
 from likeme_inference.experience.store import ExperienceStore
+from unprivileged import unprivileged
 
 HERE = Path(__file__).parent
 # For each store: reads trials while they are counted, tries to write, and asks whether it can.
