@@ -73,6 +73,12 @@ class Background:
         return np.flatnonzero(inner)[::_EVERY]
 
     @cached_property
+    def still(self) -> Mask:
+        """Pixels that show nothing that lies on the table, (H, W)."""
+        height = self.depth * self.view.slope + self.view.origin[2]
+        return np.asarray(~(self.top & (height > ON_PLANE)) & ~self.covered)
+
+    @cached_property
     def _table_blocks(self) -> Mask:
         """Blocks of the image that show the table and were read when it was learned."""
         read = _block_means(np.isfinite(self.depth), self._block)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from likeme_core.regions import Regions
-from likeme_core.stamps import nanoseconds
+from likeme_core.stamps import nanoseconds, seconds
 from likeme_core.tabletop import State
 from likeme_perception.blobs import Index
 from likeme_perception.camera_view import CameraView
@@ -23,13 +23,24 @@ from likeme_perception.occlusion_correction import correct_occluded_shape
 from likeme_perception.rgbd import RgbdFrame, depth_sigma
 from likeme_perception.state_probability import certain, state_probability
 from likeme_perception.top_view import Shape
+from likeme_perception.unmoved_objects import Unmoved
 
 ImageF = NDArray[np.float32]
+Point = tuple[float, float, float]
 
 # Below this share of its usual area an object beside a limb counts as partly occluded.
 _WHOLE_FRACTION = 0.85
 # Step of the moving average of the usual area.
 _AREA_STEP = 0.05
+# The place of an object at rest is unchanged if this share of its readings is; it is hidden if
+# less than the second share of its pixels has one.
+_UNCHANGED, _READ = 0.8, 0.5
+# Colours and depth may be so far (s) apart in time: what moves is where it is no surer than that.
+_OUT_OF_STEP = 0.1
+# An identity that is at least so sure leaves the state's probability as it is.
+_SURE_IDENTITY = 0.99
+# Probability that what was only seen in part, in the colours of an object, is that object.
+_PART_OF_ANOTHER = 0.5
 # An object is held if its top is this much (m) higher than it can stand; the neighbourhood
 # (pixels) in which a hand touches it.
 _RAISED, _TOUCH = 0.03, np.ones((15, 15), np.uint8)
@@ -68,11 +79,15 @@ class FrameContext(NamedTuple):
 
 
 class Template(NamedTuple):
-    """An object at rest as it was last seen without occlusion: pixels, depths (m), shape."""
+    """An object at rest as it was last seen without occlusion: pixels, depths (m), shape.
+
+    identity: probability that it is that object.
+    """
 
     pixels: Index
     depth: ImageF
     shape: Shape
+    identity: float
 
 
 class ObjectTrack:
@@ -90,6 +105,15 @@ class ObjectTrack:
         self._template: Template | None = None
         # It was elsewhere, and then a hand came.
         self._brought = False
+        # A hand or an arm has hidden or moved it since the template.
+        self._touched = False
+        # It was seen whole since it was elsewhere.
+        self._seen_whole = False
+
+    @property
+    def place(self) -> Point:
+        """Centroid as last seen, m; NaN if never seen."""
+        return self._last.centroid
 
     def unchanged(self, frame: RgbdFrame) -> Index:
         """Pixels in which the object at rest has not changed its depth since the template."""
@@ -98,6 +122,23 @@ class ObjectTrack:
         now = frame.depth.ravel()[self._template.pixels]
         near = np.abs(now - self._template.depth) < 0.005 + 3 * depth_sigma(self._template.depth)
         return np.asarray(self._template.pixels[near])
+
+    def unmoved(self, frame: RgbdFrame, unchanged: Index, limb: bool) -> Unmoved | None:
+        """The object at rest if its surface is the one that was identified; None if it may not be.
+
+        unchanged: from that method. limb: whether a hand or an arm is in view.
+        """
+        if self._template is None:
+            return None
+        read = np.count_nonzero(np.isfinite(frame.depth.take(self._template.pixels)))
+        seen = read >= _READ * len(self._template.pixels)
+        if not seen or len(unchanged) < _UNCHANGED * read:
+            self._touched |= limb
+            return None
+        if self._touched:
+            return None
+        shape, identity = self._template.shape, self._template.identity
+        return Unmoved(unchanged, shape, self._usual_area, identity)
 
     def update(
         self,
@@ -138,25 +179,40 @@ class ObjectTrack:
             self._usual_area += _AREA_STEP * (s.blob.area - self._usual_area)
         if resting and not partial:
             depth = frame.depth.ravel()[s.blob.pixels]
-            self._template = Template(s.blob.pixels, depth, shape)
+            self._template = Template(s.blob.pixels, depth, shape, s.identity)
+            self._touched = False
             self._usual_shape = shape
+        elif not resting:
+            sigma += _OUT_OF_STEP * self._speed(frame.stamp, shape)
         x, y, z = shape.centroid
+        state = context.regions.state_of(x, y, z)
+        # Beside the table a hand that comes in may hold it.
+        whole = not partial and state != context.regions.elsewhere
+        self._seen_whole |= whole and not s.beside_limb
+        identity = s.identity if self._seen_whole else _PART_OF_ANOTHER * s.identity
         probability = state_probability(context.regions, (x, y, z), sigma)
-        if context.doubtful:
+        if context.doubtful or identity < _SURE_IDENTITY:
             probability = tuple(
-                s.identity * p + (1 - s.identity) / len(probability) for p in probability
+                identity * p + (1 - identity) / len(probability) for p in probability
             )
         return ObjectObservation(
             name=self.known.name,
-            state=context.regions.state_of(x, y, z),
+            state=state,
             state_probability=probability,
             visible=True,
             settled=resting and not partial,
             shape=shape,
-            identity_probability=s.identity,
+            identity_probability=identity,
             last_seen=frame.stamp,
             pixels=s.blob.pixels,
         )
+
+    def _speed(self, stamp: int, shape: Shape) -> float:
+        """Mean speed over the table, m/s, since it was last seen; 0 if it never was."""
+        if self._last.shape is None or stamp <= self._last.last_seen:
+            return 0.0
+        away = float(np.hypot(*np.subtract(shape.centroid[:2], self._last.centroid[:2])))
+        return away / seconds(stamp - self._last.last_seen)
 
     def _partly_seen(
         self, frame: RgbdFrame, s: ObjectDetection, fraction: float, context: FrameContext
@@ -176,8 +232,14 @@ class ObjectTrack:
         x, y, _ = shape.centroid
         anchor = self._anchor
         if anchor is None or np.hypot(x - anchor[0], y - anchor[1]) > self._config.rest_radius:
-            self._anchor, self._rest_since, self._template = (x, y), stamp, None
+            self._anchor, self._rest_since = (x, y), stamp
+            if self._template is not None and self._moved_from(self._template, shape):
+                self._template = None
         return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
+
+    def _moved_from(self, template: Template, shape: Shape) -> bool:
+        away = np.subtract(shape.centroid[:2], template.shape.centroid[:2])
+        return float(np.hypot(*away)) > self._config.rest_radius
 
     def _held_by_absorbed(self, s: ObjectDetection, context: FrameContext) -> bool:
         """Whether the object is higher than it can stand, beside an absorbed hand."""
@@ -206,10 +268,14 @@ class ObjectTrack:
         gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
         if last.state == elsewhere or gone:
             self._template = None if gone else self._template
+            self._seen_whole &= not gone
             return _not_visible(
                 last, elsewhere, gone and not context.limb_in_view, context.regions
             )
-        return _not_visible(last, last.state, False, context.regions)
+        seen = _not_visible(last, last.state, False, context.regions)
+        return (
+            seen if last.state is None else replace(seen, state_probability=last.state_probability)
+        )
 
     def _may_be_back(self, context: FrameContext, maybe: bool) -> bool:
         """Whether a hand may have brought the object since the whole table was seen without it."""

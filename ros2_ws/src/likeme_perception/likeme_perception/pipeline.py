@@ -34,8 +34,9 @@ from likeme_perception.static_foreground import (
     absorb,
     covered_region,
 )
-from likeme_perception.table_check import CAMERA_MOVED, DEPTH_MISSING, TableCheck
+from likeme_perception.table_check import DEPTH_MISSING, TableCheck
 from likeme_perception.unknown_objects import UnknownObject, UnknownObjectNames
+from likeme_perception.unmoved_objects import keep_identities, lies_at
 
 ImageB = NDArray[np.uint8]
 
@@ -167,8 +168,9 @@ class TabletopPerception:
     def _checked(self, frame: RgbdFrame, check: TableCheck) -> tuple[RgbdFrame, Light]:
         """The frame in the taught colours without single holes, and its light or why not."""
         light = self._light(frame, check)
-        if check.camera_moved(frame):
-            return frame, light._replace(reason=CAMERA_MOVED)
+        misfit = check.misfit(frame, lit=not light.reason)
+        if misfit:
+            return frame, light._replace(reason=misfit)
         if check.unread(frame):
             return frame, light._replace(reason=DEPTH_MISSING)
         if light.reason:
@@ -211,8 +213,9 @@ class TabletopPerception:
     def _read(self, frame: RgbdFrame, background: Background, light: Light) -> TableObservation:
         looks, foreground = self._looks_under(light), background.foreground(frame)
         self._segmenter.compare_with(_best_log_density(looks))
+        unchanged = [track.unchanged(frame) for track in self._tracks]
         found = self._segmenter.segment(
-            frame, foreground, _clipped(background, light), self._protected(frame)
+            frame, foreground, _clipped(background, light), _mask_of_all(unchanged, frame)
         )
         limb = np.concatenate([found.hand, found.arm])
         still = self._static.update(frame.stamp, limb, frame.depth.size, found.detached)
@@ -226,8 +229,13 @@ class TabletopPerception:
         seen = self._detector.detect(
             found, limb_mask if hand or arm else None, frame, background, looks
         )
+        unmoved = [
+            track.unmoved(frame, pixels, len(limb) > 0)
+            for track, pixels in zip(self._tracks, unchanged, strict=True)
+        ]
+        seen, contested = keep_identities(seen, {k: u for k, u in enumerate(unmoved) if u})
         (detections, rest, _), unclear = self._same_kind.resolved(frame.stamp, seen, len(limb) > 0)
-        maybe = self._maybe_seen(rest, light, looks)
+        maybe = contested | self._maybe_seen(rest, light, looks)
         if light.clipped:
             maybe |= {k for s in [*detections.values(), *rest] for k in possible(s.probability)}
         if len(limb) == 0:
@@ -237,7 +245,7 @@ class TabletopPerception:
             maybe |= self._confusable
             detections = {k: s for k, s in detections.items() if k not in self._confusable}
         regions = regions_of(self.config, background.area)
-        absorbed = self._absorbed_mask(frame)
+        absorbed = _mask_of_all([region.pixels for region in self._absorbed], frame)
         context = FrameContext(
             hand, arm, limb_mask, absorbed, background.view, regions,
             lambda: background.table_seen(frame, absorbed), light.clipped,
@@ -297,23 +305,17 @@ class TabletopPerception:
         """Objects that one of the detections without a name may be, by catalogue index.
 
         Under a light that is not the taught one colours are less sure: then size alone counts.
+        What lies where an object lay may be that object in any light.
         """
         maybe: set[int] = set()
         for s in rest:
             maybe |= alike_in_colour(looks, s.blob.bins)
-            if not light.usual and self._on_table(s):
+            if not self._on_table(s):
+                continue
+            if not light.usual:
                 maybe |= alike_in_size(self.catalogue, s.shape)
+            maybe |= {k for k, t in enumerate(self._tracks) if lies_at(s, t.place, t.known.length)}
         return maybe
-
-    def _protected(self, frame: RgbdFrame) -> ImageB:
-        """Mask of the objects at rest that have not changed, (H, W) 0 or 1."""
-        kept = [track.unchanged(frame) for track in self._tracks]
-        return mask_of(np.concatenate([np.zeros(0, np.intp), *kept]), frame.depth.shape)
-
-    def _absorbed_mask(self, frame: RgbdFrame) -> ImageB:
-        """Mask of the absorbed limbs, (H, W) 0 or 1."""
-        pixels = [region.pixels for region in self._absorbed]
-        return mask_of(np.concatenate([np.zeros(0, np.intp), *pixels]), frame.depth.shape)
 
 
 def _best_log_density(catalogue: Catalogue) -> LogDensity | None:
@@ -327,6 +329,11 @@ def _clipped(background: Background, light: Light) -> Background:
     return replace(
         background, colour=np.minimum(background.colour, np.array(light.caps, np.uint8))
     )
+
+
+def _mask_of_all(pixels: list[Index], frame: RgbdFrame) -> ImageB:
+    """Mask of some sets of pixels (flat indices), (H, W) 0 or 1."""
+    return mask_of(np.concatenate([np.zeros(0, np.intp), *pixels]), frame.depth.shape)
 
 
 def _dilated_mask(limb: Index, shape: tuple[int, int]) -> ImageB:

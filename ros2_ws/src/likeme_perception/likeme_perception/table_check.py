@@ -1,7 +1,8 @@
-"""What the bare table tells of a frame: whether it was read, and whether the camera moved."""
+"""What the still scene tells of a frame: whether it was read, and whether the camera moved."""
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import cached_property
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from likeme_core.stamps import nanoseconds
 from likeme_perception.background import ON_PLANE, Background
+from likeme_perception.edge_alignment import EdgeAlignment, colour_edges, depth_edges
 from likeme_perception.rgbd import RgbdFrame
 
 Index = NDArray[np.intp]
@@ -19,7 +21,7 @@ _LEAST = 50
 _COARSER = 5
 # Least share of them with a reading: with less, objects are no longer found (bench.sh eyes).
 _LEAST_READ = 0.4
-# s between two looks at the plane; so many deviating ones in a row are a moved camera.
+# s between two looks at plane and edges; so many deviating ones in a row are a moved camera.
 _PERIOD, _TIMES = 0.25, 3
 # Greatest tilt (rad) and distance (m) of the table's plane; their noise is 0.06 degrees and 1 mm.
 _TILT, _LIFT = float(np.radians(0.5)), 0.01
@@ -31,6 +33,7 @@ _LEAST_ON_PLANE = 0.3
 
 #: Reasons why a frame tells nothing.
 CAMERA_MOVED, DEPTH_MISSING = 'camera moved', 'depth missing'
+NOT_REGISTERED = 'depth does not fit the colours'
 
 
 class TableCheck:
@@ -45,7 +48,10 @@ class TableCheck:
         self._pixels = background.bare_pixels
         self._some = self._pixels[::_COARSER]
         self._slope = self._view.slope.take(self._some)
-        self._looked, self._deviating = 0, 0
+        self._colours = EdgeAlignment(colour_edges(background.colour), background.still)
+        self._depths = EdgeAlignment(depth_edges(background.depth), background.still)
+        self._looked = 0
+        self._deviating: Counter[str] = Counter()
         self.moved = False
 
     @property
@@ -69,16 +75,34 @@ class TableCheck:
         read = np.isfinite(frame.depth.take(self._some))
         return self.enough and float(read.mean()) < _LEAST_READ
 
-    def camera_moved(self, frame: RgbdFrame) -> bool:
-        """Whether the camera is not where it was; it stays so once it was seen."""
+    def misfit(self, frame: RgbdFrame, lit: bool = True) -> str:
+        """Why a frame does not fit the background; empty if it does.
+
+        lit: whether its colours can be told. That the camera moved stays so once it was seen.
+        Where the depth alone has shifted it is not registered to the colours.
+        """
+        if self.moved:
+            return CAMERA_MOVED
         # Stamps may go back.
-        waits = abs(frame.stamp - self._looked) < nanoseconds(_PERIOD)
-        if self.moved or not self.enough or waits:
-            return self.moved
-        self._looked = frame.stamp
-        self._deviating = self._deviating + 1 if self._deviates(frame) else 0
-        self.moved = self._deviating >= _TIMES
-        return self.moved
+        if abs(frame.stamp - self._looked) >= nanoseconds(_PERIOD):
+            self._looked = frame.stamp
+            self._look(frame, lit)
+        self.moved = self._deviating[CAMERA_MOVED] >= _TIMES
+        if self.moved:
+            return CAMERA_MOVED
+        return NOT_REGISTERED if self._deviating[NOT_REGISTERED] >= _TIMES else ''
+
+    def _look(self, frame: RgbdFrame, lit: bool) -> None:
+        """Count in how many looks in a row it deviates in the same way."""
+        colours = self._colours.shift(colour_edges(frame.rgb)) if lit else None
+        depths = self._depths.shift(depth_edges(frame.depth))
+        found = set()
+        if colours is not None or (self.enough and self._deviates(frame)):
+            found.add(CAMERA_MOVED)
+        elif depths is not None:
+            found.add(NOT_REGISTERED if lit and self._colours.distinct else CAMERA_MOVED)
+        for reason in CAMERA_MOVED, NOT_REGISTERED:
+            self._deviating[reason] = self._deviating[reason] + 1 if reason in found else 0
 
     def _deviates(self, frame: RgbdFrame) -> bool:
         depth = frame.depth.take(self._pixels)

@@ -83,6 +83,9 @@ def test_a_colour_that_saturates_is_no_absence(renderer, catalogue, lemon, pear)
     things = lemon(0.45, 0.15), pear(0.40, -0.2)
     settle(perception, renderer, *things)
     seen = settle(perception, renderer, *things, change=lit(1.25))
+    assert [o.state for o in seen.objects] == [LEFT, RIGHT]
+    moved = lemon(0.45, 0.05), things[1]
+    seen = settle(perception, renderer, *moved, change=lit(1.25))
     assert [o.state for o in seen.objects] == [None, RIGHT]
 
 
@@ -135,12 +138,15 @@ def test_objects_whose_clipped_colours_are_the_same_are_not_told(
     )
     perception = renderer.perception(Catalogue((bright, dull)))
     brown = replace(pear(0.40, -0.2), colour=(163, 149, 24))
-    usual = settle(perception, renderer, lemon(0.45, 0.15), brown)
-    assert [o.state for o in usual.objects] == [LEFT, RIGHT]
     seen = settle(perception, renderer, lemon(0.45, 0.15), brown, change=lit(2.0))
     assert [o.state for o in seen.objects] == [None, None]
     alone = settle(perception, renderer, lemon(0.45, 0.15), change=lit(2.0))
     assert [o.state for o in alone.objects] == [None, None]
+    usual = settle(perception, renderer, lemon(0.45, 0.15), brown)
+    assert [o.state for o in usual.objects] == [LEFT, RIGHT]
+    # What has not moved since it was told is what it was.
+    seen = settle(perception, renderer, lemon(0.45, 0.15), brown, change=lit(2.0))
+    assert [o.state for o in seen.objects] == [LEFT, RIGHT]
 
 
 def test_what_is_white_where_the_table_saturates_is_no_object(
