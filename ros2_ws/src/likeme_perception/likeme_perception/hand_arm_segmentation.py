@@ -1,8 +1,9 @@
 """Segmentation of the foreground into person's hand, robot's arm and objects.
 
 A hand or arm ("limb") is a blob that extends over the table's edge or is too large for an object.
-The side over which it enters decides whether it is a hand or an arm. Its colours, learned online,
-separate it from an object that it holds or covers.
+The side over which it enters decides whether it is a hand or an arm; where it reaches over none,
+what it was before does. Its colours, learned online, separate it from an object that it holds or
+covers.
 """
 
 from __future__ import annotations
@@ -116,6 +117,9 @@ class HandArmSegmenter:
         reached = entry_sides(blob.xyz, area, table, -c.fallen_depth, sides)
         self._reaches_in |= bool(reached)
         if not reached and sides and self._too_large(blob, frame.depth.shape):
+            before = self._overlaps(blob)
+            if max(before.values()) > len(blob.pixels) / 2:
+                return max(before, key=lambda k: before[k])
             reached = frozenset([nearest_side(blob.xyz, table, sides)])
         kinds = [
             k for k, own in (('arm', c.robot_sides), ('hand', c.human_sides)) if reached & set(own)
@@ -123,10 +127,15 @@ class HandArmSegmenter:
         if len(kinds) < 2:
             return kinds[0] if kinds else None
         # It spans the table: it is what it overlaps most in the previous frame.
-        overlap = {
-            k: np.isin(blob.pixels, self._previous[k], assume_unique=True).sum() for k in kinds
-        }
+        overlap = self._overlaps(blob)
         return max(kinds, key=lambda k: overlap[k])
+
+    def _overlaps(self, blob: Blob) -> dict[str, int]:
+        """How many pixels of a blob were hand, and arm, in the previous frame."""
+        return {
+            k: int(np.isin(blob.pixels, before, assume_unique=True).sum())
+            for k, before in self._previous.items()
+        }
 
     def _too_large(self, blob: Blob, shape: tuple[int, ...]) -> bool:
         """Whether a blob is larger than any object, or large and cut off by the image border."""

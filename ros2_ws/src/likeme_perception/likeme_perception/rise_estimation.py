@@ -73,7 +73,11 @@ def _hand_rise(
         and hypot(tip.x - start[0], tip.y - start[1]) > _CARRY_DISTANCE
         and (end is None or hypot(tip.x - end[0], tip.y - end[1]) > _CARRY_DISTANCE)
     ]
-    return _robust_maximum(carried) if len(carried) >= 3 else 0.0
+    if len(carried) < 3:
+        return 0.0
+    greatest, usual = _robust_maximum(carried), float(np.median(carried))
+    # A hand that was low for most of the way has pushed; it rises when it leaves.
+    return greatest if usual > greatest / 2 else usual
 
 
 def _robust_maximum(values: list[float]) -> float:

@@ -159,6 +159,19 @@ def test_push_with_the_object_hidden_by_the_hand(script: Script) -> None:
     assert script.acts[0].manner is Manner.PUSH
 
 
+def test_a_hand_that_rises_after_a_push_over_the_edge_has_placed_nothing(script: Script) -> None:
+    script.show(seen('chicken', AT_RIGHT), pear(), hand=True, tip=HandTip(0.44, -0.10, 0.20))
+    for y in (-0.12, -0.2, -0.25, -0.3, -0.34):
+        tip = HandTip(0.33, y, 0.02)
+        script.show(covered('chicken'), pear(), hand=True, tip=tip, seconds=0.3)
+    for x, low in ((0.45, 0.06), (0.5, 0.09), (0.55, 0.12)):
+        tip = HandTip(x, -0.37, low)
+        script.show(covered('chicken'), pear(), hand=True, tip=tip, seconds=0.2)
+    script.show(seen('chicken', (0.44, -0.7, -0.17)), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, OFFTABLE)]
+    assert script.acts[0].manner is Manner.PUSH
+
+
 @pytest.mark.parametrize(('missing', 'least', 'most'), [(0.1, 0.9, 1.0), (1.0, 0.5, 0.8)])
 def test_frames_that_are_missing_leave_the_manner_open(
     script: Script, missing: float, least: float, most: float

@@ -103,6 +103,20 @@ def test_the_robots_own_arm_is_not_a_hand(renderer, catalogue, lemon, robot_arm)
     assert seen.object('lemon').state == LEFT
 
 
+def test_a_hand_that_reaches_over_no_edge_any_more_is_still_a_hand(
+    renderer, catalogue, lemon, forearm
+) -> None:
+    perception = renderer.perception(catalogue)
+    settle(perception, renderer, lemon(0.45, -0.15))
+    reaching = replace(forearm(0.30, 0.25, 0.10), end=(0.80, 0.27, 0.33))
+    seen = settle(perception, renderer, lemon(0.45, -0.15), reaching, frames=2)
+    assert (seen.hand_in_view, seen.arm_in_view) == (True, False)
+    for end in ((0.62, 0.26, 0.36), (0.56, 0.26, 0.36), (0.5, 0.26, 0.36)):
+        raised = replace(reaching, end=end)
+        seen = perception.process(renderer.frame(lemon(0.45, -0.15), raised))
+        assert (seen.hand_in_view, seen.arm_in_view) == (True, False)
+
+
 def test_a_partly_hidden_object_at_rest_keeps_its_centroid(
     renderer, catalogue, lemon, robot_arm
 ) -> None:
