@@ -1,12 +1,17 @@
 """The driver of a real arm against a stand-in robot with controller faults, over DDS.
 
     ./scripts/bench.sh arm [--n N] [--seed S] [--arm NAME] [--patience F] [--verbose] [--json]
+    ./scripts/bench.sh arm --part stops [--arm NAME]
 
 N seeded acts (default 200, about 8 s each) of all six actions in the paper's world, in three of
 ten with other things on the table; nine of ten are drawn with a fault: the controller drops,
 aborts, stalls, slows or delays a trajectory, a joint is pushed off its way, joint_states stay
 away, a person holds or cancels. Processes: robot_stand_in, hold_keeper, arm_driver. Exit code 1
 if a bar is missed.
+
+Stops are those of the driver in simulated time against the stand-in's controller alone: holds at
+seven moments of the motion from home over the table, at full and half speed, by messages that come
+up to 0.5 s late.
 """
 
 from __future__ import annotations
@@ -18,8 +23,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from arm_parts.acts import MOVED, NONE, ActResult, carry_out, draw_act
+from arm_parts.late_messages import Course, late_stops
 from arm_parts.live_arm import live_arm
-from likeme_arm.real_arm.arm_config import shipped_configs
+from likeme_arm.real_arm.arm_config import load_arm_config, shipped_configs
 from likeme_core.outcomes import MotionOutcome
 from likeme_core.progress_bar import counted
 from report import Bar, option_parser, publish, whole_number
@@ -59,6 +65,28 @@ def bars(results: list[ActResult], report: dict[str, object]) -> list[Bar]:
     ]  # fmt: skip
 
 
+def stops(arm: str) -> int:
+    """Late stops."""
+    found: dict[tuple[float, float], list[Course]] = {}
+    for speed, delay, course in late_stops(load_arm_config(arm)):
+        found.setdefault((speed, delay), []).append(course)
+    every = [course for courses in found.values() for course in courses]
+    bars = [
+        Bar('greatest share of a speed limit', max(c.speed for c in every), 1.0, '', ISSUE,
+            len(every)),
+        Bar('greatest share of an acceleration limit', max(c.acceleration for c in every), 1.0, '',
+            ISSUE, len(every)),
+        Bar('greatest way back', max(c.back for c in every), None, 'rad', None, len(every)),
+    ]  # fmt: skip
+    notes = {
+        f'speed {speed:g}, {delay:g} s late: hold to rest (s), way after it (rad), at most': [
+            round(max(c.rest for c in courses), 2), round(max(c.way for c in courses), 2),
+        ]
+        for (speed, delay), courses in found.items()
+    }  # fmt: skip
+    return 0 if publish('arm', bars, notes) else 1
+
+
 def main() -> int:
     """Run the acts."""
     parser = option_parser('arm', description=__doc__)
@@ -69,8 +97,11 @@ def main() -> int:
     )
     parser.add_argument('--arm', choices=shipped_configs(), default='panda')
     parser.add_argument('--interface', choices=('auto', 'action', 'topic'), default='topic')
+    parser.add_argument('--part', choices=('acts', 'stops'), default='acts')
     parser.add_argument('--verbose', action='store_true', help='each act, on standard error')
     given = parser.parse_args()
+    if given.part == 'stops':
+        return stops(given.arm)
     results = []
     how = {'arm': given.arm, 'controller_interface': given.interface}
     with live_arm(given.patience, **how) as live:
@@ -95,6 +126,7 @@ def main() -> int:
         'collisions': report['collisions'],
         'violations': report['violations'],
         'greatest share of a speed limit': report['fastest'],
+        'greatest share of an acceleration limit': report['hardest'],
         'sentences': dict(Counter(r.message for r in results).most_common(30)),
     }
     return 0 if publish('arm', bars(results, report), notes) else 1

@@ -21,8 +21,9 @@ AMOUNTS = {
     'drop': (0.0, 0.0), 'abort': (0.0, 0.0), 'stall': (0.1, 2.0), 'slow': (1.5, 4.0),
     'late': (0.1, 1.5), 'bump': (0.15, 0.3), 'silent': (0.1, 1.5),
 }  # fmt: skip
-#: s from a stop to rest, and for how long nothing may move then; rad.
-BRAKING, WATCHED, MOVED = 1.0, 0.8, 0.01
+#: s from a stop to rest (by the topic, where the driver does not know when its message arrives),
+#: and for how long nothing may move then; rad.
+BRAKING, WATCHED, MOVED = 1.5, 0.8, 0.01
 #: s for an act.
 TIMEOUT = 90.0
 

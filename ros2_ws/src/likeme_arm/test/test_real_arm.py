@@ -16,6 +16,7 @@ from likeme_arm.real_arm.arm_collisions import ArmCollisions, Obstacle
 from likeme_arm.real_arm.arm_config import ArmConfig, load_arm_config, shipped_configs
 from likeme_arm.real_arm.arm_kinematics import ArmKinematics
 from likeme_arm.real_arm.arm_state import ArmState, JointReading
+from likeme_arm.real_arm.braking import find_stop
 from likeme_arm.real_arm.motion_fault import MotionFaultError
 from likeme_arm.real_arm.tracking import Tracking
 from likeme_arm.real_arm.trajectory import Trajectory, joint_path, timed
@@ -121,28 +122,42 @@ def test_the_persons_side_is_not_entered(arm: Arm) -> None:
         arm.check.check(beyond, arm.config.home, ())
 
 
-@pytest.mark.parametrize('elapsed', [0.3, 1.0, 2.0])
-@pytest.mark.parametrize('behind', [0.0, 0.05, 0.2, 0.3])
-def test_a_stop_is_on_the_path_and_within_the_limits_wherever_the_controller_is(
-    arm: Arm, elapsed: float, behind: float
+def cubics(start: np.ndarray, speeds: np.ndarray, goal: np.ndarray, duration: float) -> np.ndarray:
+    """To rest at a goal: speeds at 200 moments, and the accelerations there, (2, 200, J)."""
+    u = np.linspace(0.0, 1.0, 200)[:, None]
+    mean = (goal - start) / duration
+    speed = speeds * (1 - 4 * u + 3 * u**2) + mean * (6 * u - 6 * u**2)
+    change = (speeds * (6 * u - 4) + mean * (6 - 12 * u)) / duration
+    return np.array([speed, change])
+
+
+@pytest.mark.parametrize('factor', [1.0, 0.3])
+@pytest.mark.parametrize('begin', [0.0, 0.4, 1.2])
+@pytest.mark.parametrize('span', [0.0, 0.1, 0.6])
+def test_a_stop_keeps_to_the_limits_wherever_the_arm_is_by_then(
+    arm: Arm, factor: float, begin: float, span: float
 ) -> None:
-    trajectory = arm.trajectory(arm.config.ready)
-    reached = elapsed - behind
-    stop = trajectory.stopping(reached, elapsed)
-    if stop is None:
-        assert trajectory.duration - elapsed < 0.8
-        return
-    duration, goal = stop.time[-1], stop.joints[-1]
-    assert duration < 1.0
-    assert stop.s[-1] <= trajectory.path.length
-    for index in range(trajectory.index_at(reached), trajectory.index_at(elapsed) + 1):
-        start, speed = trajectory.joints[index], trajectory.velocities[index]
-        u = np.linspace(0.0, 1.0, 100)[:, None]
-        mean = (goal - start) / duration
-        rate = speed * (1 - 4 * u + 3 * u**2) + mean * (6 * u - 6 * u**2)
-        assert (np.abs(rate) <= arm.config.max_velocity).all()
-        # Along the way, never back.
-        assert (rate @ (goal - start) >= -1e-3).all()
+    config = arm.config
+    limits = config.max_velocity * factor, config.max_acceleration, config.max_jerk
+    trajectory = timed(joint_path(config.home, config.ready), *limits)
+    joints, speeds = trajectory.between(begin, begin + span, most=100)
+    goals = trajectory.path.at(np.linspace(0.0, trajectory.path.length, 60))
+    stop = find_stop(joints, speeds, goals, config.max_velocity, config.max_acceleration)
+    assert stop.share <= 1.0
+    # Nobody waits for longer than that to be told apart from a motion that goes on.
+    assert stop.duration < 1.5
+    for start, speed in zip(joints, speeds, strict=True):
+        speed_at, change_at = np.abs(cubics(start, speed, goals[stop.goal], stop.duration))
+        assert (speed_at <= config.max_velocity * (1 + 1e-9)).all()
+        assert (change_at <= config.max_acceleration * (1 + 1e-9)).all()
+
+
+def test_a_stop_that_cannot_keep_to_the_limits_breaks_them_least(arm: Arm) -> None:
+    config = arm.config
+    here = config.home[None]
+    fast = 3 * config.max_velocity[None]
+    stop = find_stop(here, fast, here, config.max_velocity, config.max_acceleration)
+    assert stop.share == pytest.approx(3.0)
 
 
 def at(trajectory: Trajectory, time: float, moves: bool = True) -> JointReading:

@@ -68,6 +68,11 @@ class ArmState:
             self._changed.notify_all()
 
     @property
+    def now(self) -> float:
+        """Of its clock, s."""
+        return self._clock()
+
+    @property
     def age(self) -> float:
         """s since the arm's joints were told; infinite: never."""
         with self._changed:

@@ -7,10 +7,13 @@ import numpy as np
 from likeme_arm.real_arm.arm_config import ArmConfig
 from likeme_arm.real_arm.arm_state import JointReading
 from likeme_arm.real_arm.motion_fault import MotionFaultError
-from likeme_arm.real_arm.trajectory import Trajectory
+from likeme_arm.real_arm.trajectory import PERIOD, Trajectory
+from likeme_arm.tool_pose import Vector
 
 #: Points of a trajectory that lie so near to the measured joints are all taken for reached, rad.
 NEAR = 0.01
+#: s of the trajectory that an arm may go beyond where it comes to rest.
+OVERSHOOT = 0.1
 
 
 class Tracking:
@@ -34,14 +37,9 @@ class Tracking:
             MotionFaultError: it is beside the trajectory, too far behind, or has stopped.
         """
         trajectory, limits = self._trajectory, self._limits
-        last = trajectory.index_at(elapsed)
-        window = trajectory.joints[self._index : last + 1]
-        apart = np.abs(window - reading.joints).max(1)
-        least = float(apart.min())
-        if least > limits.tracking:
-            raise MotionFaultError(self._beside(self._index + int(apart.argmin()), reading))
-        self._index += int(np.flatnonzero(apart <= max(least, NEAR))[-1])
-        self.reached = float(trajectory.time[self._index])
+        first, apart = self._index, self.locate(elapsed, reading)
+        if apart.min() > limits.tracking:
+            raise MotionFaultError(self._beside(first + int(apart.argmin()), reading))
         miss = float(np.abs(reading.joints - trajectory.joints[-1]).max())
         if elapsed >= trajectory.duration and miss <= limits.goal and reading.at_rest:
             return True
@@ -56,6 +54,21 @@ class Tracking:
                 f'got {miss:.3f} rad away from it.'
             )
         return False
+
+    def locate(self, elapsed: float, reading: JointReading) -> Vector:
+        """Take in where the arm is; its distance from each point where it may be by now, rad."""
+        last = self._trajectory.index_at(elapsed)
+        window = self._trajectory.joints[self._index : last + 1]
+        apart: Vector = np.abs(window - reading.joints).max(1)
+        self._index += int(np.flatnonzero(apart <= max(float(apart.min()), NEAR))[-1])
+        self.reached = float(self._trajectory.time[self._index])
+        return apart
+
+    def passed(self, braking: Trajectory, elapsed: float, reading: JointReading) -> bool:
+        """Whether the arm went on beyond where it was told to come to rest."""
+        self.locate(elapsed, reading)
+        goal = int(np.searchsorted(self._trajectory.s, braking.s[-1]))
+        return self._index > goal + OVERSHOOT / PERIOD
 
     def _beside(self, index: int, reading: JointReading) -> str:
         apart = np.abs(self._trajectory.joints[index] - reading.joints)

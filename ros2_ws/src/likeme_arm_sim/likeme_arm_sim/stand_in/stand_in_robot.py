@@ -22,8 +22,9 @@ Vector = NDArray[np.float64]
 GAINS = 0.35
 #: N between two bodies from which on they touch.
 CONTACT_FORCE = 0.05
-#: Above a limit before it counts, as a share: of measured speeds, which have noise of contacts.
-SPEED_MARGIN = 0.05
+#: Above a limit before it counts, as a share: a controller begins at measured speeds, which have
+#: noise of contacts.
+MARGIN = 0.05
 
 
 class StandInRobot:
@@ -32,7 +33,7 @@ class StandInRobot:
     Attributes:
         collisions: what the arm touched that it must not, once each, in words.
         violations: limits that were broken, once each, in words.
-        fastest: greatest share of a joint's speed limit.
+        fastest, hardest: greatest share of a joint's limit of speed, and of acceleration.
     """
 
     def __init__(self, world: PhysicsWorld, config: ArmConfig) -> None:
@@ -61,7 +62,7 @@ class StandInRobot:
             self._client.resetJointState(self.body, joint, float(angle))
         self.target = ''
         self.collisions, self.violations = dict[str, int](), dict[str, int]()
-        self.fastest = 0.0
+        self.fastest = self.hardest = 0.0
         if isinstance(self._gripper, Gripper):
             self._gripper.reset()
         self.grip(config.gripper.positions[0])
@@ -88,7 +89,7 @@ class StandInRobot:
         """Command the gripper's joint."""
         self._gripper.command(self.config.gripper.width_at(position))
 
-    def step(self, joints: Vector, velocities: Vector) -> None:
+    def step(self, joints: Vector, velocities: Vector, accelerations: Vector) -> None:
         """Drive the motors towards what is commanded for one physics step, and count."""
         self._client.setJointMotorControlArray(
             self.body, self._joints, pybullet.POSITION_CONTROL,
@@ -98,15 +99,18 @@ class StandInRobot:
         if isinstance(self._gripper, ConstraintGripper):
             self._gripper.advance(TIME_STEP)
         self._world.step()
-        self._count_limits(joints, velocities)
+        self._count_limits(joints, velocities, accelerations)
         self._count_contacts()
 
-    def _count_limits(self, commanded: Vector, rates: Vector) -> None:
+    def _count_limits(self, commanded: Vector, rates: Vector, changes: Vector) -> None:
         config = self.config
-        share = np.abs(rates) / config.max_velocity
-        self.fastest = max(self.fastest, float(share.max()))
-        for joint in np.flatnonzero(share > 1.0 + SPEED_MARGIN):
-            self._violate(f'speed of {config.joints[joint]}')
+        speed = np.abs(rates) / config.max_velocity
+        change = np.abs(changes) / config.max_acceleration
+        self.fastest = max(self.fastest, float(speed.max()))
+        self.hardest = max(self.hardest, float(change.max()))
+        for what, share in (('speed', speed), ('acceleration', change)):
+            for joint in np.flatnonzero(share > 1.0 + MARGIN):
+                self._violate(f'{what} of {config.joints[joint]}')
         outside = (commanded < self._lower) | (commanded > self._upper)
         for joint in np.flatnonzero(outside):
             self._violate(f'position of {config.joints[joint]}')
