@@ -13,8 +13,8 @@ import numpy as np
 
 from likeme_arm.tool_pose import Vector
 
-#: Durations that are tried, s: the shortest one that suits is taken.
-DURATIONS = np.geomspace(0.1, 3.0, 50)
+#: Durations that are tried, s. The shortest one is taken, or one up to SHORT whose way is less.
+DURATIONS, SHORT = np.geomspace(0.1, 3.0, 50), 0.7
 
 
 class Stop(NamedTuple):
@@ -24,7 +24,7 @@ class Stop(NamedTuple):
         goal: index into the goals.
         duration: s from the message's arrival.
         share: greatest share of a limit that may be reached; above 1: nothing that was tried keeps
-            within the limits.
+            to the limits.
     """
 
     goal: int
@@ -35,26 +35,39 @@ class Stop(NamedTuple):
 def find_stop(
     joints: Vector, speeds: Vector, goals: Vector, max_speed: Vector, max_acceleration: Vector
 ) -> Stop:
-    """The quickest stop that keeps within the limits from wherever the arm is.
+    """A stop that keeps to the limits from wherever the arm may be.
 
-    joints, speeds: where the arm may be, (S, J), rad, rad/s.
-    goals: where it may come to rest, (G, J), rad.
+    joints, speeds: where it may be, (S, J), rad, rad/s; the first is the nearest to where it was.
+    goals: where it may come to rest, (G, J), rad, in the order of the way.
     max_speed, max_acceleration: (J,), rad/s, rad/s^2.
     """
     way = goals[:, None] - joints
-    best = Stop(0, float(DURATIONS[-1]), np.inf)
-    for duration in DURATIONS:
-        speed, acceleration = _greatest(way, speeds, float(duration))
-        # A controller that does not know the joints' speeds takes them for 0.
-        blind = 1.5 * np.abs(way) / duration
-        share = np.maximum(np.maximum(speed, blind) / max_speed, acceleration / max_acceleration)
-        worst = share.max((1, 2))
-        goal = int(worst.argmin())
-        if worst[goal] < best.share:
-            best = Stop(goal, float(duration), float(worst[goal]))
-        if best.share <= 1.0:
+    onward, far = way[:, 0] @ speeds[0], speeds[0] @ speeds[0] / 3
+    best: Stop | None = None
+    least = Stop(0, float(DURATIONS[-1]), np.inf)
+    for duration in map(float, DURATIONS):
+        if best is not None and duration > max(best.duration, SHORT):
             break
-    return best
+        share = _shares(way, speeds, duration, max_speed, max_acceleration)
+        # Nearer goals would have it go beyond and come back.
+        enough = (onward >= far * duration) | (len(goals) == 1)
+        fits = np.flatnonzero((share <= 1.0) & enough)
+        if len(fits) and (best is None or fits[0] < best.goal):
+            best = Stop(int(fits[0]), duration, float(share[fits[0]]))
+        if share.min() < least.share:
+            least = Stop(int(share.argmin()), duration, float(share.min()))
+    return best or least
+
+
+def _shares(
+    way: Vector, speeds: Vector, duration: float, max_speed: Vector, max_acceleration: Vector
+) -> Vector:
+    """Greatest share of a limit in going to each goal, (G,)."""
+    speed, acceleration = _greatest(way, speeds, duration)
+    # A controller that does not know the joints' speeds takes them for 0.
+    blind = 1.5 * np.abs(way) / duration
+    share = np.maximum(np.maximum(speed, blind) / max_speed, acceleration / max_acceleration)
+    return np.asarray(share.max((1, 2)))
 
 
 def _greatest(way: Vector, speeds: Vector, duration: float) -> tuple[Vector, Vector]:

@@ -26,6 +26,8 @@ REST_TIMEOUT = 2.0
 REST, STOPS = 0.1, 3
 #: s by which joint_states are late that seem to be of now.
 STATE_DELAY = 0.1
+#: Greatest way of a stop beyond its goal, as a share of its duration: then it has not arrived.
+OVERSHOOT = 0.2
 #: Places on the way where a stop may find the arm, and that are tried as its goal.
 PLACES, GOALS = 30, 60
 #: Fingers that move less than this share of their way for GRIPPER_REST s are at rest.
@@ -190,7 +192,11 @@ class Robot:
             sent = self._state.now
             braking = self._braking(trajectory, tracking, sent - began)
             self._controller.stop(braking)
-            if self._rests(braking or trajectory, sent, tracking, began):
+            stop = braking or trajectory
+            goal = float(trajectory.time[np.searchsorted(trajectory.s, stop.s[-1])])
+            latest = sent - began + self._config.tolerances.message_delay
+            beyond = max(goal, latest) + OVERSHOOT * stop.duration
+            if self._rests(stop, sent, beyond, tracking, began):
                 return
 
     def _braking(
@@ -200,39 +206,47 @@ class Robot:
         config, path = self._config, trajectory.path
         delay, reading = config.tolerances.message_delay, self._last_reading()
         if reading is None:
-            joints, speeds = trajectory.between(tracking.reached, elapsed + delay, PLACES)
+            first = tracking.reached
+            joints, speeds = trajectory.between(first, elapsed + delay, PLACES)
         else:
-            tracking.locate(elapsed, reading)
+            first, last = tracking.about(elapsed, reading)
             # Readings are late, too.
-            latest = min(elapsed, tracking.reached + self._state.age + STATE_DELAY)
-            joints, speeds = trajectory.between(tracking.reached, latest + delay, PLACES)
+            last = min(elapsed, last + self._state.age + STATE_DELAY)
+            joints, speeds = trajectory.between(first, last + delay, PLACES)
             beside = reading.joints - joints[0]
             joints = np.vstack([joints, joints + beside, reading.joints])
             speeds = np.vstack([speeds, speeds, reading.velocities])
         standing = reading is not None and reading.at_rest
-        here = float(trajectory.s[trajectory.index_at(tracking.reached)])
+        here = float(trajectory.s[trajectory.index_at(first)])
         goals = np.array([here]) if standing else np.linspace(here, path.length, GOALS)
         stop = find_stop(
             joints, speeds, path.at(goals), config.max_velocity, config.max_acceleration
         )
-        if not standing and trajectory.duration - tracking.reached <= stop.duration:
+        if not standing and trajectory.duration - first <= stop.duration:
             return None
         return trajectory.to_rest(float(goals[stop.goal]), stop.duration)
 
-    def _rests(self, braking: Trajectory, sent: float, tracking: Tracking, began: float) -> bool:
-        """Watch a stop; whether the arm rests and no message is on its way, as far as is told."""
+    def _rests(
+        self, braking: Trajectory, sent: float, beyond: float, tracking: Tracking, began: float
+    ) -> bool:
+        """Watch a stop; whether the arm rests and no message is on its way, as far as is told.
+
+        sent: when. beyond: time of the trajectory at which the arm cannot be any more, s.
+        """
         delay, since = self._config.tolerances.message_delay, self._state.now
-        end = sent + delay + braking.duration + REST
+        end = sent + delay + braking.duration + REST + STATE_DELAY
         while (now := self._state.now) < end:
             self._state.wait(CYCLE)
             reading = self._last_reading()
-            if reading is None or not reading.at_rest:
-                since = self._state.now
-            elif now - since >= REST and now - sent >= delay:
-                return True
-            if reading is not None and tracking.passed(braking, now - began, reading):
+            if reading is not None and reading.at_rest:
+                if now - since >= REST and now - sent >= delay:
+                    return True
+                continue
+            since = self._state.now
+            if reading is not None and tracking.about(since - began, reading)[0] > beyond:
                 return False
-        return self._last_reading() is None
+        reading = self._last_reading()
+        return reading is None or reading.at_rest
 
     def _check_start(self, trajectory: Trajectory) -> None:
         """It was planned and shown to a person meanwhile: the arm may have been moved."""

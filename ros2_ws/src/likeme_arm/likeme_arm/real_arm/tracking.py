@@ -7,13 +7,11 @@ import numpy as np
 from likeme_arm.real_arm.arm_config import ArmConfig
 from likeme_arm.real_arm.arm_state import JointReading
 from likeme_arm.real_arm.motion_fault import MotionFaultError
-from likeme_arm.real_arm.trajectory import PERIOD, Trajectory
+from likeme_arm.real_arm.trajectory import Trajectory
 from likeme_arm.tool_pose import Vector
 
 #: Points of a trajectory that lie so near to the measured joints are all taken for reached, rad.
 NEAR = 0.01
-#: s of the trajectory that an arm may go beyond where it comes to rest.
-OVERSHOOT = 0.1
 
 
 class Tracking:
@@ -37,9 +35,12 @@ class Tracking:
             MotionFaultError: it is beside the trajectory, too far behind, or has stopped.
         """
         trajectory, limits = self._trajectory, self._limits
-        first, apart = self._index, self.locate(elapsed, reading)
+        last = trajectory.index_at(elapsed)
+        apart, near = self._distances(self._index, last, reading)
         if apart.min() > limits.tracking:
-            raise MotionFaultError(self._beside(first + int(apart.argmin()), reading))
+            raise MotionFaultError(self._beside(self._index + int(apart.argmin()), reading))
+        self._index += int(near[-1])
+        self.reached = float(trajectory.time[self._index])
         miss = float(np.abs(reading.joints - trajectory.joints[-1]).max())
         if elapsed >= trajectory.duration and miss <= limits.goal and reading.at_rest:
             return True
@@ -55,20 +56,15 @@ class Tracking:
             )
         return False
 
-    def locate(self, elapsed: float, reading: JointReading) -> Vector:
-        """Take in where the arm is; its distance from each point where it may be by now, rad."""
-        last = self._trajectory.index_at(elapsed)
-        window = self._trajectory.joints[self._index : last + 1]
-        apart: Vector = np.abs(window - reading.joints).max(1)
-        self._index += int(np.flatnonzero(apart <= max(float(apart.min()), NEAR))[-1])
-        self.reached = float(self._trajectory.time[self._index])
-        return apart
+    def about(self, elapsed: float, reading: JointReading) -> tuple[float, float]:
+        """The times of the trajectory between which the arm is, also if it came back, s."""
+        _, near = self._distances(0, self._trajectory.index_at(elapsed), reading)
+        return float(self._trajectory.time[near[0]]), float(self._trajectory.time[near[-1]])
 
-    def passed(self, braking: Trajectory, elapsed: float, reading: JointReading) -> bool:
-        """Whether the arm went on beyond where it was told to come to rest."""
-        self.locate(elapsed, reading)
-        goal = int(np.searchsorted(self._trajectory.s, braking.s[-1]))
-        return self._index > goal + OVERSHOOT / PERIOD
+    def _distances(self, first: int, last: int, reading: JointReading) -> tuple[Vector, Vector]:
+        """Of the arm from some points, rad; which of them it may be at."""
+        apart = np.abs(self._trajectory.joints[first : last + 1] - reading.joints).max(1)
+        return apart, np.flatnonzero(apart <= max(float(apart.min()), NEAR))
 
     def _beside(self, index: int, reading: JointReading) -> str:
         apart = np.abs(self._trajectory.joints[index] - reading.joints)

@@ -172,7 +172,9 @@ class TrajectoryFollower:
         if fault is not None and fault.kind is FaultKind.DROP:
             return True
         joints, speeds = (self.joints, self.velocities) if measured is None else measured
-        # Whoever pushed a joint off its way lets go: the arm begins where it is.
+        if self._offset.any():
+            # Whoever pushed a joint off its way lets go; how fast it was pushed is not counted.
+            speeds = self.velocities
         self._offset[:] = 0.0
         late = fault.amount if fault is not None and fault.kind is FaultKind.LATE else 0.0
         self._running = _Running(_joined(joints, speeds, spline, passed), -late, fault)
