@@ -1,6 +1,6 @@
 """The driver of a real arm against a stand-in robot with controller faults, over DDS.
 
-    ./scripts/bench.sh arm [--n N] [--seed S] [--arm NAME] [--patience F] [--verbose] [--json]
+    ./scripts/bench.sh arm [--n N] [--seed S] [--arm NAME] [--world WORLD] [--patience F]
     ./scripts/bench.sh arm --part stops [--arm NAME]
 
 N seeded acts (default 200, about 8 s each) of all six actions in the paper's world, in three of
@@ -19,6 +19,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 
@@ -27,10 +28,12 @@ from arm_parts.late_messages import Course, late_stops
 from arm_parts.live_arm import live_arm
 from likeme_arm.real_arm.arm_config import load_arm_config, shipped_configs
 from likeme_core.outcomes import MotionOutcome
+from likeme_core.paper_world import WORLD
 from likeme_core.progress_bar import counted
 from report import Bar, option_parser, publish, whole_number
 
 ISSUE = 'requirement'
+SMALL = Path(__file__).with_name('arm_parts') / 'small_table.yaml'
 
 
 def share(found: Iterable[bool]) -> float:
@@ -96,6 +99,9 @@ def main() -> int:
         '--patience', type=float, default=1.0, help='factor on time-outs, for a loaded machine'
     )
     parser.add_argument('--arm', choices=shipped_configs(), default='panda')
+    parser.add_argument(
+        '--world', default=WORLD.name, help='name or file; small_table: that for the SO-101'
+    )
     parser.add_argument('--interface', choices=('auto', 'action', 'topic'), default='topic')
     parser.add_argument('--part', choices=('acts', 'stops'), default='acts')
     parser.add_argument('--verbose', action='store_true', help='each act, on standard error')
@@ -103,16 +109,18 @@ def main() -> int:
     if given.part == 'stops':
         return stops(given.arm)
     results = []
+    source = str(SMALL) if given.world == SMALL.stem else given.world
     how = {'arm': given.arm, 'controller_interface': given.interface}
-    with live_arm(given.patience, **how) as live:
+    with live_arm(given.patience, world=source, **how) as live:
         for number in counted(range(given.n), 'acts', given.n):
-            result = carry_out(live, draw_act(given.seed * 100_000 + number))
+            result = carry_out(live, draw_act(live.world, given.seed * 100_000 + number))
             results.append(result)
             if given.verbose:
                 outcome = 'NONE' if result.outcome is None else result.outcome.name
                 print(
                     f'{number} {result.act.action} {result.act.object}, {result.act.fault} '
-                    f'{result.act.amount:.2f}: {outcome}: {result.message} {live.report}',
+                    f'{result.act.amount:.2f}: {outcome}: {result.message} At rest after '
+                    f'{result.rest:.2f} s. {live.report}',
                     file=sys.stderr, flush=True,
                 )  # fmt: skip
         report = dict(live.report)
@@ -121,6 +129,7 @@ def main() -> int:
     )
     notes = {
         **how,
+        'world': given.world,
         'patience': given.patience,
         'outcomes by fault': dict(sorted(outcomes.items())),
         'collisions': report['collisions'],

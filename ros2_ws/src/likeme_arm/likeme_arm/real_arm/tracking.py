@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from likeme_arm.real_arm.arm_config import ArmConfig
 from likeme_arm.real_arm.arm_state import JointReading
@@ -61,9 +62,11 @@ class Tracking:
         _, near = self._distances(0, self._trajectory.index_at(elapsed), reading)
         return float(self._trajectory.time[near[0]]), float(self._trajectory.time[near[-1]])
 
-    def _distances(self, first: int, last: int, reading: JointReading) -> tuple[Vector, Vector]:
+    def _distances(
+        self, first: int, last: int, reading: JointReading
+    ) -> tuple[Vector, NDArray[np.intp]]:
         """Of the arm from some points, rad; which of them it may be at."""
-        apart = np.abs(self._trajectory.joints[first : last + 1] - reading.joints).max(1)
+        apart: Vector = np.abs(self._trajectory.joints[first : last + 1] - reading.joints).max(1)
         return apart, np.flatnonzero(apart <= max(float(apart.min()), NEAR))
 
     def _beside(self, index: int, reading: JointReading) -> str:
