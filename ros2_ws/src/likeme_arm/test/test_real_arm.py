@@ -194,6 +194,22 @@ def test_an_arm_that_stands_lags_or_leaves_its_way_is_noticed(arm: Arm) -> None:
     assert 'Expected panda_joint4 within 0.1 rad' in fault(beside)
 
 
+def test_an_arm_whose_speeds_are_noisy_rests_if_its_joints_stay(arm: Arm) -> None:
+    now = [0.0]
+    state, rng = ArmState(arm.config, lambda: now[0]), np.random.default_rng(1)
+
+    def hear(speed: float) -> bool:
+        now[0] += 0.01
+        joints = arm.config.home + speed * now[0] + rng.uniform(-0.0005, 0.0005, 7)
+        state.hear(arm.config.joints, joints.tolist(), [0.06] * 7)
+        return state.read().at_rest
+
+    still = [hear(0.0) for _ in range(14)]
+    assert not any(still[:10])
+    assert all(still[12:])
+    assert not any([hear(0.06) for _ in range(20)][8:])
+
+
 def test_old_joint_states_are_not_taken_for_the_present(arm: Arm) -> None:
     now = [0.0]
     state = ArmState(arm.config, lambda: now[0])
