@@ -20,6 +20,8 @@ from likeme_arm_sim.stand_in.constraint_gripper import ConstraintGripper
 Vector = NDArray[np.float64]
 
 GAINS = 0.35
+#: Of the motor of a finger, N m.
+FINGER_FORCE = 1.0
 #: N between two bodies from which on they touch.
 CONTACT_FORCE = 0.05
 #: Above a limit before it counts, as a share: a controller begins at measured speeds, which have
@@ -58,6 +60,8 @@ class StandInRobot:
         else:
             tool = links[config.tool_frame]
             self._gripper = ConstraintGripper(world, self.body, tool, config)
+        # Of fingers that have bodies, and hold by the constraint all the same.
+        self._finger = None if self._panda else numbers.get(config.gripper.joint)
         for joint, angle in zip(self._joints, config.home, strict=True):
             self._client.resetJointState(self.body, joint, float(angle))
         self.target = ''
@@ -98,6 +102,11 @@ class StandInRobot:
         )  # fmt: skip
         if isinstance(self._gripper, ConstraintGripper):
             self._gripper.advance(TIME_STEP)
+            if self._finger is not None:
+                self._client.setJointMotorControl2(
+                    self.body, self._finger, pybullet.POSITION_CONTROL,
+                    targetPosition=self.gripper_position, force=FINGER_FORCE,
+                )  # fmt: skip
         self._world.step()
         self._count_limits(joints, velocities, accelerations)
         self._count_contacts()
