@@ -63,6 +63,26 @@ def test_a_shipped_configuration_fits_its_urdf(name: str) -> None:
     assert kinematics.tool_pose(found).z == pytest.approx(ready.z - 0.01, abs=0.001)
 
 
+@pytest.mark.parametrize('name', ['panda', 'so101'])
+def test_the_grasp_point_is_between_the_fingers(name: str) -> None:
+    config = load_arm_config(name)
+    kinematics = ArmKinematics(config)
+    collisions = ArmCollisions(kinematics, WORLD.table)
+    places = collisions._place(config.ready)
+    tool = kinematics._placement(config.ready)
+    sides = []
+    for link in config.finger_links:
+        corners = np.vstack([
+            (places[b.number].getRotation() @ b.corners.T).T + places[b.number].getTranslation()
+            for b in collisions._bodies if b.link == link
+        ])  # fmt: skip
+        y, z = ((corners - tool.translation) @ tool.rotation).T[1:]
+        sides.append((y[z > -0.03].min(), y[z > -0.03].max()))
+    (_, right), (left, _) = sorted(sides)
+    assert right < 1e-3
+    assert left > -1e-3
+
+
 def test_inverse_kinematics_comes_back_to_the_pose(arm: Arm) -> None:
     joints = arm.kinematics.nearest(OVER_TABLE)
     reached = arm.kinematics.tool_pose(joints)
