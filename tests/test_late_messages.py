@@ -11,6 +11,7 @@ pytest.importorskip('ruckig', reason='scripts/real_arm.lock is not installed')
 from arm_parts.late_messages import Conditions, Course, course
 from likeme_arm.real_arm.arm_config import ArmConfig, load_arm_config
 from likeme_arm.real_arm.trajectory import Trajectory, joint_path, timed
+from likeme_arm_sim.stand_in.trajectory_follower import Fault, FaultKind
 
 CONFIG = load_arm_config('panda')
 #: As patient as on a loaded machine, where old readings are not noticed soon.
@@ -104,3 +105,14 @@ def test_an_arm_that_was_moved_since_the_plan_is_not_moved() -> None:
     assert found.ended == (
         'Expected panda_joint1 within 0.02 rad of where the motion begins, got 0.050 rad.'
     )
+
+
+@pytest.mark.parametrize('begins', ['measured', 'desired'])
+@pytest.mark.parametrize('amount', [0.2, -0.3])
+@pytest.mark.parametrize('pushed_at', [0.5, 1.4, 2.6, 2.8])
+def test_a_pushed_arm_is_stopped_within_its_limits(
+    pushed_at: float, amount: float, begins: str
+) -> None:
+    fault = Fault(FaultKind.BUMP, 0, pushed_at, amount)
+    found = within_limits(course(CONFIG, motion(), Conditions(begins=begins, fault=fault)))
+    assert found.ended.startswith('Expected panda_joint1 within 0.1 rad of its trajectory')

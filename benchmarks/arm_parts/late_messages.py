@@ -19,7 +19,7 @@ from likeme_arm.real_arm.motion_fault import MotionFaultError
 from likeme_arm.real_arm.robot import Interruption, Robot
 from likeme_arm.real_arm.trajectory import Trajectory, joint_path, timed
 from likeme_arm.ros.trajectory_controllers import braking_message, trajectory_message
-from likeme_arm_sim.stand_in.trajectory_follower import TrajectoryFollower, spline_of
+from likeme_arm_sim.stand_in.trajectory_follower import Fault, TrajectoryFollower, spline_of
 
 Vector = NDArray[np.float64]
 
@@ -49,6 +49,7 @@ class Conditions(NamedTuple):
         paused: s before the hold in which the driver does not run.
         begins: from what a controller goes on: 'measured', 'desired', 'position' (without speeds).
         beside: how far the first joint stands from where the motion begins, rad.
+        fault: of the controller.
     """
 
     hold_at: float = np.inf
@@ -58,6 +59,7 @@ class Conditions(NamedTuple):
     paused: float = 0.0
     begins: str = 'measured'
     beside: float = 0.0
+    fault: Fault | None = None
 
 
 class Course(NamedTuple):
@@ -88,6 +90,7 @@ class LateArm(ArmState):
         super().__init__(config, lambda: self.time)
         self._arm, self._given, self._lost = config, given, given.lost
         self._follower = TrajectoryFollower(joints)
+        self._follower.inject(given.fault)
         self._on_way = deque[tuple[float, JointTrajectory]]()
         self._due = 0.0
         #: time, joints, speeds, accelerations.
@@ -143,10 +146,12 @@ class LateArm(ArmState):
         self._follower.replace(spline_of(message, self._arm.joints), measured)
 
     def _measured(self) -> tuple[Vector, Vector]:
-        _, joints, speeds, _ = self.commanded[
-            -min(1 + round(HARDWARE / STEP), len(self.commanded))
-        ]
-        return joints, speeds
+        late = round(HARDWARE / STEP)
+        before, joints = (
+            each[1] for each in (2 * self.commanded[:1] + self.commanded)[-2 - late :][:2]
+        )
+        # Also of a joint that was pushed.
+        return joints, (joints - before) / STEP
 
 
 class NoGripper:

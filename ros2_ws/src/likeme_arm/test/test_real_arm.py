@@ -103,6 +103,16 @@ def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest(arm: Arm) -> None:
     assert not trajectory.velocities[-1].any()
 
 
+def test_the_end_of_a_path_is_reached_at_the_end(arm: Arm) -> None:
+    trajectory = arm.trajectory(arm.config.ready)
+    assert trajectory.time_at(trajectory.path.length) == pytest.approx(
+        trajectory.duration, abs=0.1
+    )
+    rounded = replace(trajectory, s=trajectory.s * (1 - 1e-12))
+    assert rounded.time_at(trajectory.path.length) == trajectory.duration
+    assert trajectory.time_at(0.0) == 0.0
+
+
 @pytest.mark.parametrize(('factor', 'what'), [(3.0, 'speed'), (9.0, 'speed|acceleration')])
 def test_a_faster_trajectory_is_refused(arm: Arm, factor: float, what: str) -> None:
     fast = arm.trajectory(arm.kinematics.nearest(OVER_TABLE), factor)

@@ -193,7 +193,7 @@ class Robot:
             braking = self._braking(trajectory, tracking, sent - began)
             self._controller.stop(braking)
             stop = braking or trajectory
-            goal = float(trajectory.time[np.searchsorted(trajectory.s, stop.s[-1])])
+            goal = trajectory.time_at(float(stop.s[-1]))
             latest = sent - began + self._config.tolerances.message_delay
             beyond = max(goal, latest) + OVERSHOOT * stop.duration
             if self._rests(stop, sent, beyond, tracking, began):
@@ -215,7 +215,9 @@ class Robot:
             joints, speeds = trajectory.between(first, last + delay, PLACES)
             beside = reading.joints - joints[0]
             joints = np.vstack([joints, joints + beside, reading.joints])
-            speeds = np.vstack([speeds, speeds, reading.velocities])
+            # Faster than it may be it was pushed, which is over by then.
+            limit = config.max_velocity
+            speeds = np.vstack([speeds, speeds, np.clip(reading.velocities, -limit, limit)])
         standing = reading is not None and reading.at_rest
         here = float(trajectory.s[trajectory.index_at(first)])
         goals = np.array([here]) if standing else np.linspace(here, path.length, GOALS)

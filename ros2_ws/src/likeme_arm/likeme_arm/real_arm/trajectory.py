@@ -105,6 +105,10 @@ class Trajectory:
         """The point at a time after the start."""
         return int(np.clip(round(elapsed / PERIOD), 0, len(self.time) - 1))
 
+    def time_at(self, s: float) -> float:
+        """When it gets to a parameter of the path, s; its end may be rounded away."""
+        return float(self.time[min(int(np.searchsorted(self.s, s)), len(self.s) - 1)])
+
     def between(self, begin: float, end: float, most: int) -> tuple[Vector, Vector]:
         """Joints and speeds at no more than so many points from one time to another, (N, J)."""
         first, last = self.index_at(begin), self.index_at(end)
