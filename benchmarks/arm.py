@@ -91,7 +91,7 @@ def stops(arm: str) -> int:
 
 
 def main() -> int:
-    """Run the acts."""
+    """Run the acts, or the stops."""
     parser = option_parser('arm', description=__doc__)
     parser.add_argument('--n', type=whole_number, default=200)
     parser.add_argument('--seed', type=whole_number, default=1)
