@@ -10,7 +10,7 @@ import numpy as np
 from arm_parts.live_arm import LiveArm
 from likeme_arm_sim.stand_in.trajectory_follower import FaultKind
 from likeme_core.outcomes import MotionOutcome
-from likeme_core.paper_world import WORLD
+from likeme_core.world import World
 from likeme_msgs.action import ExecuteAction
 
 #: What a person does; the other faults are the stand-in's.
@@ -21,8 +21,9 @@ AMOUNTS = {
     'drop': (0.0, 0.0), 'abort': (0.0, 0.0), 'stall': (0.1, 2.0), 'slow': (1.5, 4.0),
     'late': (0.1, 1.5), 'bump': (0.15, 0.3), 'silent': (0.1, 1.5),
 }  # fmt: skip
-#: s from a stop to rest, and for how long nothing may move then; rad.
-BRAKING, WATCHED, MOVED = 1.0, 0.8, 0.01
+#: s from a stop to rest (by the topic, where the driver does not know when its message arrives),
+#: and for how long nothing may move then; rad.
+BRAKING, WATCHED, MOVED = 1.5, 0.8, 0.01
 #: s for an act.
 TIMEOUT = 90.0
 
@@ -61,20 +62,20 @@ class ActResult(NamedTuple):
     seconds: float
 
 
-def draw_act(seed: int, faults: bool = True) -> Act:
+def draw_act(world: World, seed: int) -> Act:
     """An act by its seed alone."""
     rng = np.random.default_rng(seed)
-    name = str(rng.choice(WORLD.objects))
-    action = WORLD.actions[seed % len(WORLD.actions)]
-    on_table = [s.name for s in WORLD.states if s not in WORLD.out_of_reach]
+    name = str(rng.choice(world.objects))
+    action = world.actions[seed % len(world.actions)]
+    on_table = [s.name for s in world.states if s not in world.out_of_reach]
     # Others lie elsewhere, or in three of ten acts on the table.
     crowded = rng.random() < 0.3
     places = {
-        other: str(rng.choice(on_table)) if crowded else WORLD.regions.elsewhere.name
-        for other in WORLD.objects
+        other: str(rng.choice(on_table)) if crowded else world.regions.elsewhere.name
+        for other in world.objects
     }
     places[name] = str(rng.choice(on_table))
-    fault = str(rng.choice(KINDS)) if faults else NONE
+    fault = str(rng.choice(KINDS))
     amount = float(rng.uniform(*AMOUNTS.get(fault, (0.0, 0.0))))
     return Act(
         name, action.name, places, fault, int(rng.integers(0, 7)), float(rng.uniform(0.0, 1.5)),
@@ -120,7 +121,7 @@ def carry_out(live: LiveArm, act: Act) -> ActResult:
     assert live.table is not None
     states = {item.name: item.state for item in live.table.objects}
     live.go_home()
-    target = int(WORLD.action(act.action).target)
+    target = int(live.world.action(act.action).target)
     return ActResult(act, outcome, message, rest, after, states[act.object] == target, seconds)
 
 

@@ -28,8 +28,10 @@ from std_srvs.srv import SetBool, Trigger
 
 from likeme_arm.real_arm.arm_config import CONFIGS, ArmConfig, load_arm_config
 from likeme_core.heartbeats import HOLD_TIMEOUT
+from likeme_core.paper_world import WORLD
 from likeme_core.processes import die_with_parent
 from likeme_core.ros.qos import LATCHED
+from likeme_core.world import World, load_world
 from likeme_core.yaml_files import read_yaml
 from likeme_msgs.action import ExecuteAction as ExecuteActionAction
 from likeme_msgs.msg import HoldState, TableState
@@ -60,8 +62,10 @@ class LiveArm:
         held: whether the keeper holds.
     """
 
-    def __init__(self, folder: Path, domain: int, context: Any, config: ArmConfig) -> None:
-        self._folder, self._domain, self._config = folder, domain, config
+    def __init__(
+        self, folder: Path, domain: int, context: Any, config: ArmConfig, world: World
+    ) -> None:
+        self._folder, self._domain, self._config, self.world = folder, domain, config, world
         self.node = Node('arm_trials', context=context, start_parameter_services=False)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
@@ -83,12 +87,12 @@ class LiveArm:
         self._resume = node.create_client(Trigger, 'cell/resume')
         self.action = ActionClient(node, ExecuteActionAction, 'arm/execute_action')
 
-    def start(self, parameters: Mapping[str, Any], arm: str) -> None:
+    def start(self, parameters: Mapping[str, Any], arm: str, world: str) -> None:
         """Start the processes and wait until they can act."""
         for module in MODULES:
             own = dict(parameters) if module.endswith('arm_driver_node') else {}
             if 'keeper' not in module:
-                own['arm'] = arm
+                own |= {'arm': arm, 'world': world}
             words = [w for k, v in own.items() for w in ('-p', f'{k}:={json.dumps(v)}')]
             self._run(module, ['--ros-args', *words] if words else [])
         self.until(
@@ -222,7 +226,11 @@ def changed_config(folder: Path, arm: str, patience: float, haste: float) -> str
 
 @contextmanager
 def live_arm(
-    patience: float = 1.0, haste: float = 1.0, arm: str = 'panda', **parameters: Any
+    patience: float = 1.0,
+    haste: float = 1.0,
+    arm: str = 'panda',
+    world: str = WORLD.name,
+    **parameters: Any,
 ) -> Iterator[LiveArm]:
     """The processes, ended at the end.
 
@@ -231,6 +239,7 @@ def live_arm(
             process may have to wait for longer.
         haste: factor on the arm's speeds.
         arm: name of a shipped configuration. Without control_msgs its gripper is one with a topic.
+        world: name or file of a world.
         parameters: of the driver.
     """
     stack = ExitStack()
@@ -242,10 +251,10 @@ def live_arm(
         context = rclpy.Context()
         context.init(domain_id=domain)
         stack.callback(context.try_shutdown)
-        live = LiveArm(folder, domain, context, load_arm_config(config))
+        live = LiveArm(folder, domain, context, load_arm_config(config), load_world(world))
         stack.callback(live.close)
         times = {'hold_timeout': HOLD_TIMEOUT * patience}
-        live.start({'controller_interface': 'topic'} | times | parameters, config)
+        live.start({'controller_interface': 'topic'} | times | parameters, config, world)
         yield live
     finally:
         stack.close()

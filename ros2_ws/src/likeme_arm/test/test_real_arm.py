@@ -16,6 +16,7 @@ from likeme_arm.real_arm.arm_collisions import ArmCollisions, Obstacle
 from likeme_arm.real_arm.arm_config import ArmConfig, load_arm_config, shipped_configs
 from likeme_arm.real_arm.arm_kinematics import ArmKinematics
 from likeme_arm.real_arm.arm_state import ArmState, JointReading
+from likeme_arm.real_arm.braking import find_stop
 from likeme_arm.real_arm.motion_fault import MotionFaultError
 from likeme_arm.real_arm.tracking import Tracking
 from likeme_arm.real_arm.trajectory import Trajectory, joint_path, timed
@@ -62,6 +63,26 @@ def test_a_shipped_configuration_fits_its_urdf(name: str) -> None:
     assert kinematics.tool_pose(found).z == pytest.approx(ready.z - 0.01, abs=0.001)
 
 
+@pytest.mark.parametrize('name', ['panda', 'so101'])
+def test_the_grasp_point_is_between_the_fingers(name: str) -> None:
+    config = load_arm_config(name)
+    kinematics = ArmKinematics(config)
+    collisions = ArmCollisions(kinematics, WORLD.table)
+    places = collisions._place(config.ready)
+    tool = kinematics._placement(config.ready)
+    sides = []
+    for link in config.finger_links:
+        corners = np.vstack([
+            (places[b.number].getRotation() @ b.corners.T).T + places[b.number].getTranslation()
+            for b in collisions._bodies if b.link == link
+        ])  # fmt: skip
+        y, z = ((corners - tool.translation) @ tool.rotation).T[1:]
+        sides.append((y[z > -0.03].min(), y[z > -0.03].max()))
+    (_, right), (left, _) = sorted(sides)
+    assert right < 1e-3
+    assert left > -1e-3
+
+
 def test_inverse_kinematics_comes_back_to_the_pose(arm: Arm) -> None:
     joints = arm.kinematics.nearest(OVER_TABLE)
     reached = arm.kinematics.tool_pose(joints)
@@ -80,6 +101,16 @@ def test_a_trajectory_keeps_to_the_limits_and_ends_at_rest(arm: Arm) -> None:
     arm.check.check(trajectory, arm.config.home, ())
     assert trajectory.joints[-1] == pytest.approx(goal, abs=1e-6)
     assert not trajectory.velocities[-1].any()
+
+
+def test_the_end_of_a_path_is_reached_at_the_end(arm: Arm) -> None:
+    trajectory = arm.trajectory(arm.config.ready)
+    assert trajectory.time_at(trajectory.path.length) == pytest.approx(
+        trajectory.duration, abs=0.1
+    )
+    rounded = replace(trajectory, s=trajectory.s * (1 - 1e-12))
+    assert rounded.time_at(trajectory.path.length) == trajectory.duration
+    assert trajectory.time_at(0.0) == 0.0
 
 
 @pytest.mark.parametrize(('factor', 'what'), [(3.0, 'speed'), (9.0, 'speed|acceleration')])
@@ -121,28 +152,42 @@ def test_the_persons_side_is_not_entered(arm: Arm) -> None:
         arm.check.check(beyond, arm.config.home, ())
 
 
-@pytest.mark.parametrize('elapsed', [0.3, 1.0, 2.0])
-@pytest.mark.parametrize('behind', [0.0, 0.05, 0.2, 0.3])
-def test_a_stop_is_on_the_path_and_within_the_limits_wherever_the_controller_is(
-    arm: Arm, elapsed: float, behind: float
+def cubics(start: np.ndarray, speeds: np.ndarray, goal: np.ndarray, duration: float) -> np.ndarray:
+    """To rest at a goal: speeds at 200 moments, and the accelerations there, (2, 200, J)."""
+    u = np.linspace(0.0, 1.0, 200)[:, None]
+    mean = (goal - start) / duration
+    speed = speeds * (1 - 4 * u + 3 * u**2) + mean * (6 * u - 6 * u**2)
+    change = (speeds * (6 * u - 4) + mean * (6 - 12 * u)) / duration
+    return np.array([speed, change])
+
+
+@pytest.mark.parametrize('factor', [1.0, 0.3])
+@pytest.mark.parametrize('begin', [0.0, 0.4, 1.2])
+@pytest.mark.parametrize('span', [0.0, 0.1, 0.6])
+def test_a_stop_keeps_to_the_limits_wherever_the_arm_is_by_then(
+    arm: Arm, factor: float, begin: float, span: float
 ) -> None:
-    trajectory = arm.trajectory(arm.config.ready)
-    reached = elapsed - behind
-    stop = trajectory.stopping(reached, elapsed)
-    if stop is None:
-        assert trajectory.duration - elapsed < 0.8
-        return
-    duration, goal = stop.time[-1], stop.joints[-1]
-    assert duration < 1.0
-    assert stop.s[-1] <= trajectory.path.length
-    for index in range(trajectory.index_at(reached), trajectory.index_at(elapsed) + 1):
-        start, speed = trajectory.joints[index], trajectory.velocities[index]
-        u = np.linspace(0.0, 1.0, 100)[:, None]
-        mean = (goal - start) / duration
-        rate = speed * (1 - 4 * u + 3 * u**2) + mean * (6 * u - 6 * u**2)
-        assert (np.abs(rate) <= arm.config.max_velocity).all()
-        # Along the way, never back.
-        assert (rate @ (goal - start) >= -1e-3).all()
+    config = arm.config
+    limits = config.max_velocity * factor, config.max_acceleration, config.max_jerk
+    trajectory = timed(joint_path(config.home, config.ready), *limits)
+    joints, speeds = trajectory.between(begin, begin + span, most=100)
+    goals = trajectory.path.at(np.linspace(0.0, trajectory.path.length, 60))
+    stop = find_stop(joints, speeds, goals, config.max_velocity, config.max_acceleration)
+    assert stop.share <= 1.0
+    # Nobody waits for longer than that to be told apart from a motion that goes on.
+    assert stop.duration < 1.5
+    for start, speed in zip(joints, speeds, strict=True):
+        speed_at, change_at = np.abs(cubics(start, speed, goals[stop.goal], stop.duration))
+        assert (speed_at <= config.max_velocity * (1 + 1e-9)).all()
+        assert (change_at <= config.max_acceleration * (1 + 1e-9)).all()
+
+
+def test_a_stop_that_cannot_keep_to_the_limits_breaks_them_least(arm: Arm) -> None:
+    config = arm.config
+    here = config.home[None]
+    fast = 3 * config.max_velocity[None]
+    stop = find_stop(here, fast, here, config.max_velocity, config.max_acceleration)
+    assert stop.share == pytest.approx(3.0)
 
 
 def at(trajectory: Trajectory, time: float, moves: bool = True) -> JointReading:
@@ -177,6 +222,22 @@ def test_an_arm_that_stands_lags_or_leaves_its_way_is_noticed(arm: Arm) -> None:
     beside = at(trajectory, 1.2)
     beside.joints[3] += 0.2
     assert 'Expected panda_joint4 within 0.1 rad' in fault(beside)
+
+
+def test_an_arm_whose_speeds_are_noisy_rests_if_its_joints_stay(arm: Arm) -> None:
+    now = [0.0]
+    state, rng = ArmState(arm.config, lambda: now[0]), np.random.default_rng(1)
+
+    def hear(speed: float) -> bool:
+        now[0] += 0.01
+        joints = arm.config.home + speed * now[0] + rng.uniform(-0.0005, 0.0005, 7)
+        state.hear(arm.config.joints, joints.tolist(), [0.06] * 7)
+        return state.read().at_rest
+
+    still = [hear(0.0) for _ in range(14)]
+    assert not any(still[:10])
+    assert all(still[12:])
+    assert not any([hear(0.06) for _ in range(20)][8:])
 
 
 def test_old_joint_states_are_not_taken_for_the_present(arm: Arm) -> None:

@@ -20,10 +20,15 @@ from likeme_arm.real_arm.arm_config import load_arm_config
 from likeme_arm_sim.layout import checked_states, draw_layout
 from likeme_arm_sim.physics_world import TIME_STEP, PhysicsWorld
 from likeme_arm_sim.stand_in.stand_in_robot import StandInRobot
-from likeme_arm_sim.stand_in.trajectory_follower import Fault, FaultKind, TrajectoryFollower
+from likeme_arm_sim.stand_in.trajectory_follower import (
+    Fault,
+    FaultKind,
+    TrajectoryFollower,
+    spline_of,
+)
 from likeme_arm_sim.toys import toys_of
 from likeme_core.ros.spin import run_node
-from likeme_core.ros.time import steady_clock, time_msg
+from likeme_core.ros.time import stamp_ns, steady_clock, time_msg
 from likeme_core.ros.world import declare_world
 from likeme_msgs.msg import ObjectState, TableState
 
@@ -113,7 +118,8 @@ class RobotStandInNode(Node):
             due = MOST_STEPS
         for _ in range(due):
             self._follower.advance(TIME_STEP)
-            self._robot.step(self._follower.joints, self._follower.velocities)
+            follower = self._follower
+            self._robot.step(follower.joints, follower.velocities, follower.accelerations)
             self._steps += 1
         for server in self._servers:
             server.look()
@@ -165,18 +171,20 @@ class RobotStandInNode(Node):
             'collisions': robot.collisions,
             'violations': robot.violations,
             'fastest': robot.fastest,
+            'hardest': robot.hardest,
         }
         self._report_pub.publish(String(data=json.dumps(report)))
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
-        order = [list(message.joint_names).index(name) for name in self._config.joints]
         if not message.points:
             self.get_logger().error('Empty trajectory received.')
             return
-        starts = [p.time_from_start.sec + p.time_from_start.nanosec * 1e-9 for p in message.points]
-        positions = np.array([p.positions for p in message.points])[:, order]
-        velocities = np.array([p.velocities for p in message.points])[:, order]
-        self._follower.replace(np.array(starts), positions, velocities)
+        stamp, robot = stamp_ns(message.header.stamp), self._robot
+        if not self._follower.replace(
+            spline_of(message, self._config.joints), (robot.joints, robot.velocities),
+            (time.time_ns() - stamp) * 1e-9 if stamp else None,
+        ):  # fmt: skip
+            self.get_logger().error('Refused a trajectory that ends in the past or moving.')
 
     def _on_gripper(self, message: Float64MultiArray) -> None:
         self._robot.grip(float(message.data[0]))

@@ -46,7 +46,7 @@ class Table:
         rate = np.eye(6)[0] * turn / seconds
         for _ in range(round(seconds / TIME_STEP)):
             self.joints = self.joints + rate * TIME_STEP
-            self.robot.step(self.joints, rate)
+            self.robot.step(self.joints, rate, np.zeros(6))
 
 
 def test_a_toy_between_closing_fingers_goes_with_them_until_they_open() -> None:
@@ -72,3 +72,14 @@ def test_fingers_that_meet_nothing_close() -> None:
     table.robot.grip(CLOSED)
     table.run(1.2)
     assert table.width() == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_finger_that_has_a_body_goes_with_the_width() -> None:
+    config = load_arm_config('so101')
+    robot = StandInRobot(PhysicsWorld(WORLD.table, toys_of(WORLD)), config)
+    for position in config.gripper.positions:
+        robot.grip(position)
+        for _ in range(round(1.2 / TIME_STEP)):
+            robot.step(config.home, np.zeros(5), np.zeros(5))
+        finger = robot._client.getJointState(robot.body, robot._finger)[0]
+        assert finger == pytest.approx(position, abs=0.05)

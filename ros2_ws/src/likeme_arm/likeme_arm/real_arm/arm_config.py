@@ -13,6 +13,8 @@ from likeme_arm.primitive_poses import PrimitiveSettings
 from likeme_arm.tool_pose import Vector
 from likeme_core.yaml_files import read_yaml
 
+#: Greatest acceleration of a quintic from rest to rest over 1 rad in 1 s, rad/s^2.
+QUINTIC = 10 / 3**0.5
 CONFIGS = Path(__file__).parents[1] / 'arms'
 
 
@@ -60,6 +62,8 @@ class Tolerances:
     Attributes:
         state_timeout: without joint_states, s.
         lag: by which the arm may be behind its trajectory, s.
+        message_delay: until a message reaches the controller, s: a stop keeps to the limits
+            wherever the arm is by then.
         tracking: distance of a joint from the trajectory, rad.
         goal: of a joint from the goal, at its end, rad.
         goal_time: after the trajectory's end, in which the goal must be reached, s.
@@ -67,6 +71,7 @@ class Tolerances:
 
     state_timeout: float
     lag: float
+    message_delay: float
     tracking: float
     goal: float
     goal_time: float
@@ -117,6 +122,14 @@ class ArmConfig:
     gripper: GripperConfig
     tolerances: Tolerances
     primitives: PrimitiveSettings
+
+    @property
+    def lead(self) -> float:
+        """s before a trajectory in which its controller takes the arm to its begin.
+
+        That is at most tolerances.goal away; a quintic that far keeps to the accelerations.
+        """
+        return float(np.sqrt(QUINTIC * self.tolerances.goal / self.max_acceleration.min()))
 
 
 def shipped_configs() -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -15,20 +16,31 @@ from likeme_arm.tool_pose import Vector
 
 
 class JointReading(NamedTuple):
-    """joints, velocities: (J,), rad, rad/s. gripper: position of its joint; NaN: not told."""
+    """Where the arm is.
+
+    Attributes:
+        joints, velocities: (J,), rad, rad/s.
+        gripper: position of its joint; NaN: not told.
+        way: greatest way of a joint within the last REST_TIME, rad; infinite: not known.
+    """
 
     joints: Vector
     velocities: Vector
     gripper: float
+    way: float = float('inf')
 
     @property
     def at_rest(self) -> bool:
-        """Whether no joint of the arm moves."""
-        return bool(np.abs(self.velocities).max() < REST_SPEED)
+        """Whether no joint of the arm moves, by the speeds that are told or by the positions.
+
+        Speeds are noisy where something presses on the arm or on what it holds.
+        """
+        slow = np.abs(self.velocities).max() < REST_SPEED
+        return bool(slow or self.way < REST_SPEED * REST_TIME)
 
 
-#: Fastest joint of an arm at rest, rad/s.
-REST_SPEED = 0.03
+#: Fastest joint of an arm at rest, rad/s; s.
+REST_SPEED, REST_TIME = 0.03, 0.1
 
 
 class ArmState:
@@ -40,6 +52,7 @@ class ArmState:
         self._changed = threading.Condition()
         self._reading: JointReading | None = None
         self._heard, self._gripper = 0.0, float('nan')
+        self._past = deque[tuple[float, Vector]]()
 
     def hear(
         self, names: Sequence[str], positions: Sequence[float], velocities: Sequence[float]
@@ -64,8 +77,25 @@ class ArmState:
                 speed = (joints - self._reading.joints) / (now - self._heard)
             else:
                 speed = np.zeros(len(joints))
-            self._reading, self._heard = JointReading(joints, speed, self._gripper), now
+            reading = JointReading(joints, speed, self._gripper, self._way(now, joints))
+            self._reading, self._heard = reading, now
             self._changed.notify_all()
+
+    def _way(self, now: float, joints: Vector) -> float:
+        """Greatest way of a joint within REST_TIME, rad."""
+        past = self._past
+        past.append((now, joints))
+        # The last one that is old enough stays.
+        while len(past) > 1 and now - past[1][0] >= REST_TIME:
+            past.popleft()
+        if now - past[0][0] < REST_TIME:
+            return float('inf')
+        return float(np.ptp([each for _, each in past], axis=0).max())
+
+    @property
+    def now(self) -> float:
+        """Of its clock, s."""
+        return self._clock()
 
     @property
     def age(self) -> float:

@@ -115,7 +115,7 @@ class PlannedMotion:
         config = self._config
         trajectory = timed(
             path, config.max_velocity, config.max_acceleration, config.max_jerk, speed
-        )
+        ).after(config.lead)
         self._check.check(trajectory, self._robot.joints, self._obstacles())
         way = np.array([self._kinematics.tool_pose(q).position for q in trajectory.joints[::5]])
         if not self._announce(self.phase, trajectory, way):

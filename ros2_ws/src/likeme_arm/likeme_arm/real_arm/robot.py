@@ -12,6 +12,7 @@ from likeme_arm.hold_monitor import Block
 from likeme_arm.motion_stop import MotionStoppedError
 from likeme_arm.real_arm.arm_config import ArmConfig
 from likeme_arm.real_arm.arm_state import ArmState, JointReading
+from likeme_arm.real_arm.braking import find_stop
 from likeme_arm.real_arm.motion_fault import MotionFaultError
 from likeme_arm.real_arm.tracking import Tracking
 from likeme_arm.real_arm.trajectory import Trajectory
@@ -21,6 +22,14 @@ from likeme_arm.tool_pose import Vector
 CYCLE = 0.01
 #: s for an arm to come to rest: before a motion, after it was stopped.
 REST_TIMEOUT = 2.0
+#: s for which a stopped arm must rest; how often it is told to stop.
+REST, STOPS = 0.1, 3
+#: s by which joint_states are late that seem to be of now.
+STATE_DELAY = 0.1
+#: Greatest way of a stop beyond its goal, as a share of its duration: then it has not arrived.
+OVERSHOOT = 0.2
+#: Places on the way where a stop may find the arm, and that are tried as its goal.
+PLACES, GOALS = 30, 60
 #: Fingers that move less than this share of their way for GRIPPER_REST s are at rest.
 GRIPPER_STEP, GRIPPER_REST = 0.005, 0.3
 
@@ -127,9 +136,9 @@ class Robot:
         self._closed, self.moved = closed, True
         self._gripper_controller.command(gripper.position(width))
         step = GRIPPER_STEP * abs(gripper.positions[0] - gripper.positions[1])
-        began = since = time.monotonic()
+        began = since = self._state.now
         last = self._gripper_position()
-        while (now := time.monotonic()) < began + gripper.timeout:
+        while (now := self._state.now) < began + gripper.timeout:
             self._state.wait(CYCLE)
             self._interruption.check()
             position = self._gripper_position()
@@ -150,10 +159,11 @@ class Robot:
         """
         self._wait_for_rest(MotionFaultError('Expected an arm at rest before a motion, it moves.'))
         self._interruption.check()
+        self._check_start(trajectory)
         tracking = Tracking(trajectory, self._config)
         self.moved = True
         self._controller.send(trajectory)
-        began = time.monotonic()
+        began = self._state.now
         try:
             while not self._step(trajectory, tracking, began):
                 if until is not None and until():
@@ -174,16 +184,81 @@ class Robot:
         failure = self._controller.failure
         if failure is not None:
             raise MotionFaultError(failure)
-        return tracking.follow(time.monotonic() - began, reading)
+        return tracking.follow(self._state.now - began, reading)
 
     def _brake(self, trajectory: Trajectory, tracking: Tracking, began: float) -> None:
-        """Stop on the trajectory's own path."""
-        elapsed, reading = time.monotonic() - began, self._last_reading()
-        standing = reading is not None and reading.at_rest
-        if standing and elapsed > self._config.tolerances.lag:
-            self._controller.stop(trajectory.staying(tracking.reached))
+        """Stop on the trajectory's own path; again if the arm does not come to rest."""
+        for _ in range(STOPS):
+            sent = self._state.now
+            braking = self._braking(trajectory, tracking, sent - began)
+            self._controller.stop(braking)
+            stop = braking or trajectory
+            goal = trajectory.time_at(float(stop.s[-1]))
+            latest = sent - began + self._config.tolerances.message_delay
+            beyond = max(goal, latest) + OVERSHOOT * stop.duration
+            if self._rests(stop, sent, beyond, tracking, began):
+                return
+
+    def _braking(
+        self, trajectory: Trajectory, tracking: Tracking, elapsed: float
+    ) -> Trajectory | None:
+        """A stop from wherever the arm may be when it arrives; None: it ends by itself as soon."""
+        config, path = self._config, trajectory.path
+        delay, reading = config.tolerances.message_delay, self._last_reading()
+        if reading is None:
+            first = tracking.reached
+            joints, speeds = trajectory.between(first, elapsed + delay, PLACES)
         else:
-            self._controller.stop(trajectory.stopping(tracking.reached, elapsed))
+            first, last = tracking.about(elapsed, reading)
+            # Readings are late, too.
+            last = min(elapsed, last + self._state.age + STATE_DELAY)
+            joints, speeds = trajectory.between(first, last + delay, PLACES)
+            beside = reading.joints - joints[0]
+            joints = np.vstack([joints, joints + beside, reading.joints])
+            # Faster than it may be it was pushed, which is over by then.
+            limit = config.max_velocity
+            speeds = np.vstack([speeds, speeds, np.clip(reading.velocities, -limit, limit)])
+        standing = reading is not None and reading.at_rest
+        here = float(trajectory.s[trajectory.index_at(first)])
+        goals = np.array([here]) if standing else np.linspace(here, path.length, GOALS)
+        stop = find_stop(
+            joints, speeds, path.at(goals), config.max_velocity, config.max_acceleration
+        )
+        if not standing and trajectory.duration - first <= stop.duration:
+            return None
+        return trajectory.to_rest(float(goals[stop.goal]), stop.duration)
+
+    def _rests(
+        self, braking: Trajectory, sent: float, beyond: float, tracking: Tracking, began: float
+    ) -> bool:
+        """Watch a stop; whether the arm rests and no message is on its way, as far as is told.
+
+        sent: when. beyond: time of the trajectory at which the arm cannot be any more, s.
+        """
+        delay, since = self._config.tolerances.message_delay, self._state.now
+        end = sent + delay + braking.duration + REST + STATE_DELAY
+        while (now := self._state.now) < end:
+            self._state.wait(CYCLE)
+            reading = self._last_reading()
+            if reading is not None and reading.at_rest:
+                if now - since >= REST and now - sent >= delay:
+                    return True
+                continue
+            since = self._state.now
+            if reading is not None and tracking.about(since - began, reading)[0] > beyond:
+                return False
+        reading = self._last_reading()
+        return reading is None or reading.at_rest
+
+    def _check_start(self, trajectory: Trajectory) -> None:
+        """It was planned and shown to a person meanwhile: the arm may have been moved."""
+        apart = np.abs(self._state.read().joints - trajectory.joints[0])
+        worst, limit = int(apart.argmax()), self._config.tolerances.goal
+        if apart[worst] > limit:
+            raise MotionFaultError(
+                f'Expected {self._config.joints[worst]} within {limit:g} rad of where the motion '
+                f'begins, got {apart[worst]:.3f} rad.'
+            )
 
     def _last_reading(self) -> JointReading | None:
         try:
@@ -192,10 +267,10 @@ class Robot:
             return None
 
     def _wait_for_rest(self, fault: MotionFaultError) -> None:
-        deadline = time.monotonic() + REST_TIMEOUT
+        deadline = self._state.now + REST_TIMEOUT
         while not self._state.read().at_rest:
             self._interruption.check()
-            if time.monotonic() > deadline:
+            if self._state.now > deadline:
                 raise fault
             self._state.wait(CYCLE)
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from likeme_arm.real_arm.arm_config import ArmConfig
 from likeme_arm.real_arm.arm_state import JointReading
 from likeme_arm.real_arm.motion_fault import MotionFaultError
 from likeme_arm.real_arm.trajectory import Trajectory
+from likeme_arm.tool_pose import Vector
 
 #: Points of a trajectory that lie so near to the measured joints are all taken for reached, rad.
 NEAR = 0.01
@@ -35,12 +37,10 @@ class Tracking:
         """
         trajectory, limits = self._trajectory, self._limits
         last = trajectory.index_at(elapsed)
-        window = trajectory.joints[self._index : last + 1]
-        apart = np.abs(window - reading.joints).max(1)
-        least = float(apart.min())
-        if least > limits.tracking:
+        apart, near = self._distances(self._index, last, reading)
+        if apart.min() > limits.tracking:
             raise MotionFaultError(self._beside(self._index + int(apart.argmin()), reading))
-        self._index += int(np.flatnonzero(apart <= max(least, NEAR))[-1])
+        self._index += int(near[-1])
         self.reached = float(trajectory.time[self._index])
         miss = float(np.abs(reading.joints - trajectory.joints[-1]).max())
         if elapsed >= trajectory.duration and miss <= limits.goal and reading.at_rest:
@@ -56,6 +56,18 @@ class Tracking:
                 f'got {miss:.3f} rad away from it.'
             )
         return False
+
+    def about(self, elapsed: float, reading: JointReading) -> tuple[float, float]:
+        """The times of the trajectory between which the arm is, also if it came back, s."""
+        _, near = self._distances(0, self._trajectory.index_at(elapsed), reading)
+        return float(self._trajectory.time[near[0]]), float(self._trajectory.time[near[-1]])
+
+    def _distances(
+        self, first: int, last: int, reading: JointReading
+    ) -> tuple[Vector, NDArray[np.intp]]:
+        """Of the arm from some points, rad; which of them it may be at."""
+        apart: Vector = np.abs(self._trajectory.joints[first : last + 1] - reading.joints).max(1)
+        return apart, np.flatnonzero(apart <= max(float(apart.min()), NEAR))
 
     def _beside(self, index: int, reading: JointReading) -> str:
         apart = np.abs(self._trajectory.joints[index] - reading.joints)

@@ -16,8 +16,6 @@ from likeme_arm.tool_pose import Vector
 
 #: s between two points of a trajectory.
 PERIOD = 0.02
-#: Of a stop, s; and s that building up the deceleration takes.
-LEAST_TIME, JERK_TIME = 0.1, 0.05
 #: Share of the joints' limits that is used: the rest is for the controller's interpolation.
 SHARE = 0.9
 #: Share of a joint's acceleration for the curvature of a path that has one, the rest is for s''.
@@ -83,38 +81,47 @@ class Trajectory:
         """s."""
         return float(self.time[-1])
 
+    @property
+    def last_rest(self) -> int:
+        """The last point at which it still rests at its begin."""
+        gone = np.flatnonzero(self.s > self.s[0])
+        return int(gone[0]) - 1 if len(gone) else len(self.s) - 1
+
+    def after(self, rest: float) -> Trajectory:
+        """The same after some s of rest at its begin."""
+        count = int(np.ceil(rest / PERIOD))
+        joints = np.repeat(self.joints[:1], count, axis=0)
+        still, none = np.zeros_like(joints), np.zeros(count)
+        time: Vector = np.arange(count + len(self.time), dtype=float) * PERIOD
+        return replace(
+            self, time=time,
+            joints=np.vstack([joints, self.joints]),
+            velocities=np.vstack([still, self.velocities]),
+            accelerations=np.vstack([still, self.accelerations]),
+            s=np.append(none + self.s[0], self.s), s_velocity=np.append(none, self.s_velocity),
+        )  # fmt: skip
+
     def index_at(self, elapsed: float) -> int:
         """The point at a time after the start."""
         return int(np.clip(round(elapsed / PERIOD), 0, len(self.time) - 1))
 
-    def staying(self, elapsed: float) -> Trajectory:
-        """At rest where the trajectory is after some time."""
-        return self._to_rest(float(self.s[self.index_at(elapsed)]), LEAST_TIME)
+    def time_at(self, s: float) -> float:
+        """When it gets to a parameter of the path, s; its end may be rounded away."""
+        return float(self.time[min(int(np.searchsorted(self.s, s)), len(self.s) - 1)])
 
-    def stopping(self, reached: float, elapsed: float) -> Trajectory | None:
-        """To rest further on the path, from anywhere between two times of the trajectory.
+    def between(self, begin: float, end: float, most: int) -> tuple[Vector, Vector]:
+        """Joints and speeds at no more than so many points from one time to another, (N, J)."""
+        first, last = self.index_at(begin), self.index_at(end)
+        points = np.linspace(first, last, min(last - first + 1, most)).round().astype(int)
+        return self.joints[points], self.velocities[points]
 
-        Where the controller is between them is not known: what was measured is behind, and what
-        is due may be ahead of it. By a cubic from there at the path's speed v to rest in T, no
-        joint moves faster than v if T >= 1.5 L / v for the longest way L, nor back if T <= 3 d / v
-        for the shortest way d: both hold if d is at least half of L.
-
-        None: the trajectory ends by itself as soon.
-        """
-        first, last = self.index_at(reached), self.index_at(elapsed)
-        behind, ahead = float(self.s[first]), float(self.s[last])
-        speed = max(float(self.s_velocity[first : last + 1].max()), 1e-6)
-        way = max(speed**2 / (2 * self.limits[1]) + JERK_TIME * speed, ahead - behind)
-        goal = min(self.path.length, ahead + way)
-        time = max(1.5 * (goal - behind) / speed, LEAST_TIME)
-        return None if self.duration - elapsed <= time else self._to_rest(goal, time)
-
-    def _to_rest(self, s: float, time: float) -> Trajectory:
+    def to_rest(self, s: float, duration: float) -> Trajectory:
+        """From wherever the arm is to rest at a parameter of the path."""
         joints = np.repeat(self.path.at(np.array([s])), 2, axis=0)
         rest = np.zeros_like(joints)
         return replace(
-            self, time=np.array([0.0, time]), joints=joints, velocities=rest, accelerations=rest,
-            s=np.array([s, s]), s_velocity=np.zeros(2),
+            self, time=np.array([0.0, duration]), joints=joints, velocities=rest,
+            accelerations=rest, s=np.array([s, s]), s_velocity=np.zeros(2),
         )  # fmt: skip
 
 

@@ -41,11 +41,16 @@ def create_trajectory_controller(
 
 
 def trajectory_message(trajectory: Trajectory, config: ArmConfig) -> JointTrajectory:
-    """All points but the first, which is where the arm is; the stamp 0 means at once."""
+    """Its points from the last one on at which it rests at its begin.
+
+    The stamp is 0: the controller starts when the message arrives, from where the arm is then.
+    With another one it would have the arm at once where it is due by the stamp.
+    """
     message = JointTrajectory(joint_names=list(config.joints))
+    first = trajectory.last_rest
     for time, joints, velocities, accelerations in zip(
-        trajectory.time[1:], trajectory.joints[1:], trajectory.velocities[1:],
-        trajectory.accelerations[1:], strict=True,
+        trajectory.time[first:], trajectory.joints[first:], trajectory.velocities[first:],
+        trajectory.accelerations[first:], strict=True,
     ):  # fmt: skip
         point = JointTrajectoryPoint(
             positions=joints.tolist(),
@@ -55,6 +60,14 @@ def trajectory_message(trajectory: Trajectory, config: ArmConfig) -> JointTrajec
         seconds, rest = divmod(round(float(time) * 1e9), 10**9)
         point.time_from_start = Duration(sec=seconds, nanosec=rest)
         message.points.append(point)
+    return message
+
+
+def braking_message(braking: Trajectory, config: ArmConfig) -> JointTrajectory:
+    """The last point alone, without accelerations: controllers get there by cubics."""
+    message = trajectory_message(braking, config)
+    message.points = message.points[-1:]
+    message.points[0].accelerations = []
     return message
 
 
@@ -82,12 +95,8 @@ class TopicController:
 
     def stop(self, braking: Trajectory | None) -> None:
         """Replace the trajectory by one that brakes on the same path."""
-        if braking is None:
-            return
-        message = trajectory_message(braking, self._config)
-        # Without them the controller interpolates by cubics, as `stopping` has it.
-        message.points[-1].accelerations = []
-        self._publisher.publish(message)
+        if braking is not None:
+            self._publisher.publish(braking_message(braking, self._config))
 
 
 class ActionController:

@@ -20,10 +20,13 @@ from likeme_arm_sim.stand_in.constraint_gripper import ConstraintGripper
 Vector = NDArray[np.float64]
 
 GAINS = 0.35
+#: Of the motor of a finger, N m.
+FINGER_FORCE = 1.0
 #: N between two bodies from which on they touch.
 CONTACT_FORCE = 0.05
-#: Above a limit before it counts, as a share: of measured speeds, which have noise of contacts.
-SPEED_MARGIN = 0.05
+#: Above a limit before it counts, as a share: a controller begins at measured speeds, which have
+#: noise of contacts.
+MARGIN = 0.05
 
 
 class StandInRobot:
@@ -32,7 +35,7 @@ class StandInRobot:
     Attributes:
         collisions: what the arm touched that it must not, once each, in words.
         violations: limits that were broken, once each, in words.
-        fastest: greatest share of a joint's speed limit.
+        fastest, hardest: greatest share of a joint's limit of speed, and of acceleration.
     """
 
     def __init__(self, world: PhysicsWorld, config: ArmConfig) -> None:
@@ -57,11 +60,13 @@ class StandInRobot:
         else:
             tool = links[config.tool_frame]
             self._gripper = ConstraintGripper(world, self.body, tool, config)
+        # Of fingers that have bodies, and hold by the constraint all the same.
+        self._finger = None if self._panda else numbers.get(config.gripper.joint)
         for joint, angle in zip(self._joints, config.home, strict=True):
             self._client.resetJointState(self.body, joint, float(angle))
         self.target = ''
         self.collisions, self.violations = dict[str, int](), dict[str, int]()
-        self.fastest = 0.0
+        self.fastest = self.hardest = 0.0
         if isinstance(self._gripper, Gripper):
             self._gripper.reset()
         self.grip(config.gripper.positions[0])
@@ -88,7 +93,7 @@ class StandInRobot:
         """Command the gripper's joint."""
         self._gripper.command(self.config.gripper.width_at(position))
 
-    def step(self, joints: Vector, velocities: Vector) -> None:
+    def step(self, joints: Vector, velocities: Vector, accelerations: Vector) -> None:
         """Drive the motors towards what is commanded for one physics step, and count."""
         self._client.setJointMotorControlArray(
             self.body, self._joints, pybullet.POSITION_CONTROL,
@@ -97,16 +102,24 @@ class StandInRobot:
         )  # fmt: skip
         if isinstance(self._gripper, ConstraintGripper):
             self._gripper.advance(TIME_STEP)
+            if self._finger is not None:
+                self._client.setJointMotorControl2(
+                    self.body, self._finger, pybullet.POSITION_CONTROL,
+                    targetPosition=self.gripper_position, force=FINGER_FORCE,
+                )  # fmt: skip
         self._world.step()
-        self._count_limits(joints, velocities)
+        self._count_limits(joints, velocities, accelerations)
         self._count_contacts()
 
-    def _count_limits(self, commanded: Vector, rates: Vector) -> None:
+    def _count_limits(self, commanded: Vector, rates: Vector, changes: Vector) -> None:
         config = self.config
-        share = np.abs(rates) / config.max_velocity
-        self.fastest = max(self.fastest, float(share.max()))
-        for joint in np.flatnonzero(share > 1.0 + SPEED_MARGIN):
-            self._violate(f'speed of {config.joints[joint]}')
+        speed = np.abs(rates) / config.max_velocity
+        change = np.abs(changes) / config.max_acceleration
+        self.fastest = max(self.fastest, float(speed.max()))
+        self.hardest = max(self.hardest, float(change.max()))
+        for what, share in (('speed', speed), ('acceleration', change)):
+            for joint in np.flatnonzero(share > 1.0 + MARGIN):
+                self._violate(f'{what} of {config.joints[joint]}')
         outside = (commanded < self._lower) | (commanded > self._upper)
         for joint in np.flatnonzero(outside):
             self._violate(f'position of {config.joints[joint]}')

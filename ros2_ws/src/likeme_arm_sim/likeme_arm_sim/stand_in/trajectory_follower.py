@@ -1,19 +1,31 @@
 """What a joint trajectory controller commands at a time, and faults that it may have.
 
-Behaves as ros2_control's joint_trajectory_controller: a new trajectory replaces the old one at
-once, begins at what is commanded now, and is interpolated by cubic splines through its points.
+Behaves as ros2_control's joint_trajectory_controller of Jazzy (release 4.42) does by default:
+
+- A trajectory replaces the one before at its arrival. One that ends in the past or moves at its
+  last point is refused; the one before goes on.
+- Stamp 0: it starts when it arrives. Another stamp: it is in phase with that; points that are past
+  are passed over, and if the first one is, the arm is commanded at once where it is due.
+- Up to the first point it goes from the *measured* joints and speeds at the arrival, with no
+  acceleration; with `interpolate_from_desired_state` from what was commanded last.
+- Between points it is quintic where accelerations are told, cubic where they are not. (Points
+  without speeds, between which it is linear, are not supported here.)
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
+
+#: Fastest joint at the last point of a trajectory, rad/s.
+STOPPED_SPEED = 1e-6
 
 
 class FaultKind(StrEnum):
@@ -44,13 +56,59 @@ class Fault(NamedTuple):
     amount: float
 
 
-@dataclass
-class _Running:
-    """A trajectory under way; time: of its points, after its begin, s."""
+class Spline(NamedTuple):
+    """Points of the joints over time.
+
+    Attributes:
+        time: of each point, s, increasing, (T,).
+        positions, velocities: (T, J), rad, rad/s.
+        accelerations: rad/s^2; None: not told.
+    """
 
     time: Vector
     positions: Vector
     velocities: Vector
+    accelerations: Vector | None = None
+
+    def at(self, time: float) -> tuple[Vector, Vector, Vector]:
+        """Joints, speeds and accelerations at a time; at rest before and after."""
+        rest = np.zeros(self.positions.shape[1])
+        if time <= self.time[0]:
+            return self.positions[0], self.velocities[0], rest
+        if time >= self.time[-1]:
+            return self.positions[-1], rest, rest
+        i = int(np.searchsorted(self.time, time, side='right')) - 1
+        width = float(self.time[i + 1] - self.time[i])
+        powers = _powers(self, i, width)
+        u = (time - self.time[i]) / width
+        orders = np.arange(len(powers))
+        joints = (u**orders) @ powers
+        speed = (orders[1:] * u ** orders[:-1]) @ powers[1:]
+        change = (orders[2:] * orders[1:-1] * u ** orders[:-2]) @ powers[2:]
+        return joints, speed / width, change / width**2
+
+
+def spline_of(message: Any, joints: Sequence[str]) -> Spline:
+    """The points of a trajectory_msgs/JointTrajectory, in an order of the joints."""
+    order = [list(message.joint_names).index(name) for name in joints]
+    points = message.points
+
+    def column(name: str) -> Vector:
+        return np.array([getattr(point, name) for point in points])[:, order]
+
+    starts = [p.time_from_start.sec + p.time_from_start.nanosec * 1e-9 for p in points]
+    told = all(len(point.accelerations) for point in points)
+    return Spline(
+        np.array(starts), column('positions'), column('velocities'),
+        column('accelerations') if told else None,
+    )  # fmt: skip
+
+
+@dataclass
+class _Running:
+    """A trajectory under way; clock: s after its arrival."""
+
+    spline: Spline
     clock: float = 0.0
     fault: Fault | None = None
 
@@ -59,13 +117,14 @@ class TrajectoryFollower:
     """The commanded joints over time.
 
     Attributes:
-        joints, velocities: commanded now.
+        joints, velocities, accelerations: commanded now.
         aborted: whether the last trajectory ended by a fault on the way.
         silent_until: time of the follower's clock until which joint_states stay away, s.
     """
 
     def __init__(self, joints: Vector) -> None:
         self.joints, self.velocities = joints.copy(), np.zeros(len(joints))
+        self.accelerations = np.zeros(len(joints))
         self.now, self.silent_until = 0.0, 0.0
         self._running: _Running | None = None
         self.aborted = False
@@ -80,15 +139,29 @@ class TrajectoryFollower:
     def halt(self) -> None:
         """End the trajectory and stay, as a controller does whose goal is cancelled."""
         self._running = None
-        self.velocities[:] = 0.0
+        self.velocities, self.accelerations = np.zeros((2, len(self.joints)))
 
     def inject(self, fault: Fault | None) -> None:
         """A fault of a later trajectory; None: none any more."""
         self._fault = fault
         self._offset[:] = 0.0
 
-    def replace(self, time: Vector, positions: Vector, velocities: Vector) -> None:
-        """Begin another trajectory at what is commanded now."""
+    def replace(
+        self,
+        spline: Spline,
+        measured: tuple[Vector, Vector] | None = None,
+        age: float | None = None,
+    ) -> bool:
+        """Take in a trajectory; whether it was not refused.
+
+        Args:
+            spline: without the point where the arm is.
+            measured: joints and speeds; None: those commanded last are taken for them.
+            age: s since the time that the trajectory's stamp tells; None: it starts now.
+        """
+        passed = 0.0 if age is None else age
+        if spline.time[-1] < passed or np.abs(spline.velocities[-1]).max() > STOPPED_SPEED:
+            return False
         fault, self.aborted = self._fault, False
         if fault is not None:
             self._fault = fault._replace(trajectory=fault.trajectory - 1)
@@ -97,34 +170,33 @@ class TrajectoryFollower:
             else:
                 fault = None
         if fault is not None and fault.kind is FaultKind.DROP:
-            return
-        self._running = _Running(
-            np.concatenate([[0.0], time]),
-            np.vstack([self.joints - self._offset, positions]),
-            np.vstack([self.velocities, velocities]),
-            -fault.amount if fault is not None and fault.kind is FaultKind.LATE else 0.0,
-            fault,
-        )
+            return True
+        joints, speeds = (self.joints, self.velocities) if measured is None else measured
+        if self._offset.any():
+            # Whoever pushed a joint off its way lets go; how fast it was pushed is not counted.
+            speeds = self.velocities
+        self._offset[:] = 0.0
+        late = fault.amount if fault is not None and fault.kind is FaultKind.LATE else 0.0
+        self._running = _Running(_joined(joints, speeds, spline, passed), -late, fault)
+        return True
 
     def advance(self, step: float) -> None:
         """Go on by one control step, s."""
         self.now += step
         running = self._running
         if running is None:
-            self.velocities[:] = 0.0
+            self.velocities, self.accelerations = np.zeros((2, len(self.joints)))
             return
-        before = running.clock
         rate = self._rate(running)
         if self.aborted:
             self.halt()
             return
         running.clock += step * rate
-        joints, velocities = _cubic(running, min(max(running.clock, 0.0), running.time[-1]))
+        joints, velocities, accelerations = running.spline.at(max(running.clock, 0.0))
+        moves = rate if running.clock > 0 else 0.0
         self.joints = joints + self._offset
-        self.velocities = velocities * rate if running.clock > 0 else velocities * 0.0
-        if rate == 0.0 and running.clock == before:
-            self.velocities[:] = 0.0
-        if running.clock >= running.time[-1]:
+        self.velocities, self.accelerations = velocities * moves, accelerations * moves**2
+        if running.clock >= running.spline.time[-1]:
             self._running = None
 
     def _rate(self, running: _Running) -> float:
@@ -148,20 +220,30 @@ class TrajectoryFollower:
         return 1.0
 
 
-def _cubic(running: _Running, clock: float) -> tuple[Vector, Vector]:
-    """Cubic Hermite interpolation between two points; joints and velocities."""
-    time = running.time
-    i = int(np.clip(np.searchsorted(time, clock, side='right') - 1, 0, len(time) - 2))
-    width = time[i + 1] - time[i]
-    u = (clock - time[i]) / width
-    p0, p1 = running.positions[i], running.positions[i + 1]
-    v0, v1 = running.velocities[i] * width, running.velocities[i + 1] * width
-    joints = (
-        (2 * u**3 - 3 * u**2 + 1) * p0 + (u**3 - 2 * u**2 + u) * v0
-        + (-2 * u**3 + 3 * u**2) * p1 + (u**3 - u**2) * v1
+def _joined(joints: Vector, speeds: Vector, spline: Spline, passed: float) -> Spline:
+    """A trajectory that `passed` s ago began, from the arm's state now; time: s from now."""
+    time = spline.time - passed
+    if time[0] <= 0:
+        return spline._replace(time=time)
+    accelerations = spline.accelerations
+    if accelerations is not None:
+        accelerations = np.vstack([np.zeros(len(joints)), accelerations])
+    return Spline(
+        np.concatenate([[0.0], time]), np.vstack([joints, spline.positions]),
+        np.vstack([speeds, spline.velocities]), accelerations,
     )  # fmt: skip
-    slope = (
-        (6 * u**2 - 6 * u) * p0 + (3 * u**2 - 4 * u + 1) * v0
-        + (-6 * u**2 + 6 * u) * p1 + (3 * u**2 - 2 * u) * v1
-    )  # fmt: skip
-    return joints, slope / width
+
+
+def _powers(spline: Spline, i: int, width: float) -> Vector:
+    """Coefficients of the powers of u from 0 to 1 in the i-th segment, (4 or 6, J)."""
+    p0, way = spline.positions[i], spline.positions[i + 1] - spline.positions[i]
+    v0, v1 = spline.velocities[i] * width, spline.velocities[i + 1] * width
+    if spline.accelerations is None:
+        return np.array([p0, v0, 3 * way - 2 * v0 - v1, v0 + v1 - 2 * way])
+    a0, a1 = spline.accelerations[i] * width**2, spline.accelerations[i + 1] * width**2
+    return np.array([
+        p0, v0, a0 / 2,
+        10 * way - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
+        -15 * way + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
+        6 * way - 3 * (v0 + v1) - 0.5 * (a0 - a1),
+    ])  # fmt: skip
