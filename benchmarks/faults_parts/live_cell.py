@@ -57,12 +57,12 @@ class Watch(PolicyMonitorNode):
         """What it has found."""
         return self._monitor
 
-    def _add(self, sent: int, topic: str, message: Any) -> None:
+    def _add(self, sent: int, received: int, topic: str, message: Any) -> None:
         header = getattr(message, 'header', None)
         if topic != 'heard' and header is not None and header.frame_id == INJECTED:
             return
         self.ledger.observe(topic, message)
-        super()._add(sent, topic, message)
+        super()._add(sent, received, topic, message)
 
 
 class LiveCell:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import signal
+import time
 from pathlib import Path
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from sensor_msgs.msg import JointState
 
 from graph import LATCHED, Graph
 from likeme_msgs.msg import HoldState
@@ -28,3 +31,34 @@ def test_violations_are_reported_but_not_those_from_before_the_start(tmp_path: P
         )
         assert 'holds_only_grow: Expected a change from 5 on, got 4.' in monitor.said
         assert reports[-1].status[0].message.startswith('1 violations.')
+
+
+@pytest.mark.graph
+def test_a_monitor_that_was_stopped_tells_that_from_a_keeper_that_is_silent(
+    tmp_path: Path,
+) -> None:
+    with Graph(tmp_path) as graph:
+        monitor = graph.start('likeme_replay.ros.policy_monitor_node')
+        holds = graph.publisher(HoldState, 'cell/hold_state', LATCHED)
+        joints = graph.publisher(JointState, 'joint_states')
+
+        def move(seconds: float, keeper: bool) -> None:
+            begin = now = time.monotonic()
+            told = 0.0
+            while (now := time.monotonic()) - begin < seconds:
+                if keeper and now - told > 0.05:
+                    holds.publish(HoldState(change=1))
+                    told = now
+                joints.publish(JointState(velocity=[0.5]))
+                time.sleep(0.002)
+
+        move(1.0, keeper=True)
+        # For so long that more messages come than its queue in shared memory takes.
+        monitor.signal(signal.SIGSTOP)
+        move(2.0, keeper=True)
+        monitor.signal(signal.SIGCONT)
+        move(2.0, keeper=True)
+        graph.until(lambda: 'messages of cell/hold_state' in monitor.said, 10, 'what was missed')
+        assert 'joints_rest_unheard' not in monitor.said
+        move(1.5, keeper=False)
+        graph.until(lambda: 'joints_rest_unheard' in monitor.said, 10, 'a violation')
