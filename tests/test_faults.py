@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from faults_parts.live_cell import MAY_MOUNT
+
 BENCHMARKS = Path(__file__).parents[1] / 'benchmarks'
 
 
@@ -83,3 +85,35 @@ def test_faults_of_processes() -> None:
     wrong = ('violations', 'unfinished stories', 'lost questions', 'lost log entries')
     assert not any(bars[name] for name in wrong), notes['live troubles']
     assert sum(notes['live faults'].values()) == 3
+
+
+FULL_DISK = """
+import sys
+sys.path.insert(0, {benchmarks!r})
+from faults_parts.live_cell import live_cell
+from faults_parts.live_kinds import KINDS, LiveFault
+from likeme_bringup.start_cell import Part
+from likeme_core.heartbeats import NodeState
+from std_srvs.srv import Trigger
+with live_cell(1) as cell:
+    before = cell.process(Part.INFERENCE)
+    end = KINDS['disk full'](cell, LiveFault('disk full', '', Part.INFERENCE, 0.0))
+    cell.hold.call_async(Trigger.Request())
+    state = lambda: cell.heartbeats.nodes['/inference_node'].state
+    assert cell.until(lambda: state() is NodeState.DEGRADED, 60), state()
+    end()
+    assert cell.until(lambda: cell.ready, 60), state()
+    assert cell.process(Part.INFERENCE) == before, 'The inference node died of a full disk.'
+    assert cell.check_log() == ([], '')
+"""
+
+
+@pytest.mark.graph
+@pytest.mark.slow
+@pytest.mark.skipif(not MAY_MOUNT, reason='only the superuser can mount a file system')
+def test_a_full_disk_is_survived_and_what_was_told_meanwhile_is_logged() -> None:
+    script = FULL_DISK.format(benchmarks=str(BENCHMARKS))
+    done = subprocess.run(
+        [sys.executable, '-c', script], capture_output=True, text=True, timeout=200, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]

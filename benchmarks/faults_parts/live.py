@@ -60,6 +60,8 @@ class Story:
         self._under_way: LiveFault | None = None
         self._end: live_kinds.End | None = None
         self._until = 0.0
+        # What came of each attempt to show.
+        self._attempts: list[str] = []
 
     def play(self) -> str:
         """Play it; why it did not come to an end, empty: it did."""
@@ -67,7 +69,7 @@ class Story:
         x_i, x_f = (str(s) for s in self._rng.permutation(['left', 'right']))
         why = ''
         if not self._until_decided(name, x_i, x_f):
-            why = 'no decision'
+            why = f'no decision: {"; ".join(self._attempts)}'
         elif not self._until_closed():
             why = 'no outcome'
         # What had no moment to come at comes when nothing is under way.
@@ -97,14 +99,18 @@ class Story:
             act = ExecuteAction.Request(
                 object=name, action=f'place_{x_f}', id=f'person-{uuid.uuid4()}'
             )
-            if self._call(self._cell.person, act) is None:
+            done = self._call(self._cell.person, act)
+            if done is None:
+                self._attempts.append('the person did not answer')
                 continue
             if not self._wait(lambda known=before: set(self._seen.beliefs) - known, 15.0):
+                self._attempts.append(f'no belief after {done.message!r}')
                 continue
             self._moment('shown')
             self._set(name, x_i, 'cell/reset after')
             if self._wait(decided, 15.0):
                 return True
+            self._attempts.append('a belief alone')
         return decided()
 
     def _until_closed(self) -> bool:

@@ -27,6 +27,8 @@ LATCHED_TOPICS = (
     'cell/holds',
 )  # fmt: skip
 BEST_EFFORT_TOPICS = ('heartbeat',)
+#: Topics with one publisher of which it matters whether messages were missed.
+COUNTED_TOPICS = ('cell/hold_state', 'table_state')
 QUEUE_DEPTH = 200
 #: s for which messages are held back to put those of all topics into the order of their sending.
 REORDERING = 0.5
@@ -70,14 +72,18 @@ class PolicyMonitorNode(Node):
     def _subscribe(self, topic: str, kind: Any) -> None:
         def receive(message: Any, info: dict[str, Any]) -> None:
             # rclpy inspects the signature: with two parameters it passes the times.
-            sent = int(info.get('source_timestamp') or 0) or time.time_ns()
-            number = int(info.get('publication_sequence_number') or 0)
-            self._find_gap(topic, getattr(message, 'run', ''), number, sent)
-            self._add(sent, int(info.get('received_timestamp') or 0) or sent, topic, message)
+            self._receive(topic, message, info)
 
         name = f'/{topic}' if topic == 'parameter_events' else topic
         # Annotated for callbacks with one parameter.
         self.create_subscription(kind, name, receive, _qos(topic))  # type: ignore[arg-type]
+
+    def _receive(self, topic: str, message: Any, info: dict[str, Any]) -> None:
+        sent = int(info.get('source_timestamp') or 0) or time.time_ns()
+        if topic in COUNTED_TOPICS:
+            number = int(info.get('publication_sequence_number') or 0)
+            self._find_gap(topic, getattr(message, 'run', ''), number, sent)
+        self._add(sent, int(info.get('received_timestamp') or 0) or sent, topic, message)
 
     def _find_gap(self, topic: str, run: str, number: int, sent: int) -> None:
         """Notice messages that this process missed, as when it got no processor time.
