@@ -76,7 +76,8 @@ class KeeperComesBack(Policy):
         if self.seen.hold is None or self._reported:
             return
         silence = now - self.seen.hold_heard
-        if silence > self.bounds.silence + self.bounds.recovery:
+        late = silence > self.bounds.silence + self.bounds.recovery
+        if late and not self.seen.missed('cell/hold_state', now):
             self._reported = True
             yield f'Expected the hold keeper again, got nothing for {silence:.1f} s.'
 

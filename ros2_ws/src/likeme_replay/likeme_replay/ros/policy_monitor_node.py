@@ -58,6 +58,8 @@ class PolicyMonitorNode(Node):
         self._numbers = count()
         self._waiting: list[tuple[int, int, int, str, Any]] = []
         self._last: dict[str, tuple[str, int, int]] = {}
+        # How long messages waited in this process's queues lately, ns.
+        self._lag = 0
         for topic, kind in TOPICS.items():
             self._subscribe(topic, message_class(kind))
         self._asking = self.create_client(AskHuman, 'ask_human')
@@ -83,7 +85,9 @@ class PolicyMonitorNode(Node):
         if topic in COUNTED_TOPICS:
             number = int(info.get('publication_sequence_number') or 0)
             self._find_gap(topic, getattr(message, 'run', ''), number, sent)
-        self._add(sent, int(info.get('received_timestamp') or 0) or sent, topic, message)
+        received = int(info.get('received_timestamp') or 0) or sent
+        self._lag = max(self._lag, time.time_ns() - received)
+        self._add(sent, received, topic, message)
 
     def _find_gap(self, topic: str, run: str, number: int, sent: int) -> None:
         """Notice messages that this process missed, as when it got no processor time.
@@ -106,7 +110,9 @@ class PolicyMonitorNode(Node):
 
     def _check(self) -> None:
         # What was due at the last check: if this process was stopped, not all has been taken yet.
-        due, self._due = self._due, time.time_ns() - round(REORDERING * SECOND)
+        # Nor has it while messages wait in queues: those of one topic may be ahead of another's.
+        due, self._due = self._due, time.time_ns() - round(REORDERING * SECOND) - self._lag
+        self._lag //= 2
         while self._waiting and self._waiting[0][0] <= due:
             sent, _, received, topic, message = heappop(self._waiting)
             if sent < self._started:
