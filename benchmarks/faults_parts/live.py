@@ -25,6 +25,8 @@ UNDER_WAY = 1
 DONE_BY_HAND, TRY_ANYWAY, SKIP = range(3)
 #: s of the machine, generous: both cores may be busy.
 PATIENCE = 60.0
+#: s of the machine for perception and inference to see what was shown.
+SEEING = 30.0
 ATTEMPTS = 4
 #: Faults of one story.
 PER_STORY = 5
@@ -103,12 +105,12 @@ class Story:
             if done is None:
                 self._attempts.append('the person did not answer')
                 continue
-            if not self._wait(lambda known=before: set(self._seen.beliefs) - known, 15.0):
+            if not self._wait(lambda known=before: set(self._seen.beliefs) - known, SEEING):
                 self._attempts.append(f'no belief after {done.message!r}')
                 continue
             self._moment('shown')
             self._set(name, x_i, 'cell/reset after')
-            if self._wait(decided, 15.0):
+            if self._wait(decided, SEEING):
                 return True
             self._attempts.append('a belief alone')
         return decided()
