@@ -22,6 +22,8 @@ from report import Bar
 
 EXECUTE, ASK_HUMAN, AT_GOAL, NO_ACTION = range(4)
 UNDER_WAY = 1
+#: The outcome of a motion that did not begin, as something was in the way.
+NOT_FREE = 14
 DONE_BY_HAND, TRY_ANYWAY, SKIP = range(3)
 #: s of the machine, generous: both cores may be busy.
 PATIENCE = 60.0
@@ -132,8 +134,18 @@ class Story:
             return False
 
         done = self._cell.until(closed, 2 * PATIENCE)
+        while done and self._decides_anew():
+            # A question that nobody answers would take the next demonstration for its answer.
+            if not self._wait(lambda: self._seen.open_decision is not None, SEEING):
+                break
+            done = self._cell.until(closed, 2 * PATIENCE)
         self._moment('moved')
         return done
+
+    def _decides_anew(self) -> bool:
+        """Whether another decision follows: the robot did not begin, as something was in the way."""
+        latest = next(reversed(self._seen.outcomes.values()), None)
+        return latest is not None and latest.motion_outcome == NOT_FREE
 
     def _answer(self, tried: set[int]) -> None:
         """Answer what is listed, as read."""
