@@ -143,7 +143,7 @@ class Story:
         return done
 
     def _decides_anew(self) -> bool:
-        """Whether another decision follows: the robot did not begin, as something was in the way."""
+        """Whether another decision follows, as something was in the way of the last one."""
         latest = next(reversed(self._seen.outcomes.values()), None)
         return latest is not None and latest.motion_outcome == NOT_FREE
 
