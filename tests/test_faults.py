@@ -6,9 +6,15 @@ import json
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
+
+from faults_parts import live
+from faults_parts.live_cell import MAY_MOUNT
+from likeme_replay.policies.seen import Seen
 
 BENCHMARKS = Path(__file__).parents[1] / 'benchmarks'
 
@@ -83,3 +89,66 @@ def test_faults_of_processes() -> None:
     wrong = ('violations', 'unfinished stories', 'lost questions', 'lost log entries')
     assert not any(bars[name] for name in wrong), notes['live troubles']
     assert sum(notes['live faults'].values()) == 3
+
+
+def test_a_live_story_goes_on_with_the_question_that_follows_a_way_that_is_not_free() -> None:
+    seen = Seen()
+
+    def hear(topic: str, **fields: Any) -> None:
+        header = SimpleNamespace(stamp=SimpleNamespace(sec=1, nanosec=0))
+        seen.update(topic, SimpleNamespace(header=header, object='pear', **fields), 0.0)
+
+    events = [
+        lambda: hear('outcome', decision_id=1, result=3, motion_outcome=live.NOT_FREE),
+        lambda: hear('decision', id=2, kind=live.ASK_HUMAN),
+        lambda: hear('outcome', decision_id=2, result=4, motion_outcome=255),
+    ]
+
+    def until(condition: Any, _: float) -> bool:
+        while not condition():
+            if not events:
+                return False
+            events.pop(0)()
+        return True
+
+    watch = SimpleNamespace(monitor=SimpleNamespace(seen=seen))
+    cell: Any = SimpleNamespace(
+        watch=watch, until=until, ask=lambda *_: SimpleNamespace(pending=()), desk=None
+    )
+    hear('decision', id=1, kind=live.EXECUTE)
+    story = live.Story(cell, [], np.random.default_rng(1), live.Found())
+    assert story._until_closed()
+    assert seen.open_decision is None
+    assert list(seen.outcomes) == [1, 2]
+
+
+FULL_DISK = """
+import sys
+sys.path.insert(0, {benchmarks!r})
+from faults_parts.live_cell import live_cell
+from faults_parts.live_kinds import KINDS, LiveFault
+from likeme_bringup.start_cell import Part
+from likeme_core.heartbeats import NodeState
+from std_srvs.srv import Trigger
+with live_cell(1) as cell:
+    before = cell.process(Part.INFERENCE)
+    end = KINDS['disk full'](cell, LiveFault('disk full', '', Part.INFERENCE, 0.0))
+    cell.hold.call_async(Trigger.Request())
+    state = lambda: cell.heartbeats.nodes['/inference_node'].state
+    assert cell.until(lambda: state() is NodeState.DEGRADED, 60), state()
+    end()
+    assert cell.until(lambda: cell.ready, 60), state()
+    assert cell.process(Part.INFERENCE) == before, 'The inference node died of a full disk.'
+    assert cell.check_log() == ([], '')
+"""
+
+
+@pytest.mark.graph
+@pytest.mark.slow
+@pytest.mark.skipif(not MAY_MOUNT, reason='only the superuser can mount a file system')
+def test_a_full_disk_is_survived_and_what_was_told_meanwhile_is_logged() -> None:
+    script = FULL_DISK.format(benchmarks=str(BENCHMARKS))
+    done = subprocess.run(
+        [sys.executable, '-c', script], capture_output=True, text=True, timeout=200, check=False
+    )
+    assert done.returncode == 0, done.stderr[-2000:]

@@ -22,9 +22,13 @@ from report import Bar
 
 EXECUTE, ASK_HUMAN, AT_GOAL, NO_ACTION = range(4)
 UNDER_WAY = 1
+#: The outcome of a motion that did not begin, as something was in the way.
+NOT_FREE = 14
 DONE_BY_HAND, TRY_ANYWAY, SKIP = range(3)
 #: s of the machine, generous: both cores may be busy.
 PATIENCE = 60.0
+#: s of the machine for perception and inference to see what was shown.
+SEEING = 30.0
 ATTEMPTS = 4
 #: Faults of one story.
 PER_STORY = 5
@@ -60,6 +64,8 @@ class Story:
         self._under_way: LiveFault | None = None
         self._end: live_kinds.End | None = None
         self._until = 0.0
+        # What came of each attempt to show.
+        self._attempts: list[str] = []
 
     def play(self) -> str:
         """Play it; why it did not come to an end, empty: it did."""
@@ -67,7 +73,7 @@ class Story:
         x_i, x_f = (str(s) for s in self._rng.permutation(['left', 'right']))
         why = ''
         if not self._until_decided(name, x_i, x_f):
-            why = 'no decision'
+            why = f'no decision: {"; ".join(self._attempts)}'
         elif not self._until_closed():
             why = 'no outcome'
         # What had no moment to come at comes when nothing is under way.
@@ -97,14 +103,18 @@ class Story:
             act = ExecuteAction.Request(
                 object=name, action=f'place_{x_f}', id=f'person-{uuid.uuid4()}'
             )
-            if self._call(self._cell.person, act) is None:
+            done = self._call(self._cell.person, act)
+            if done is None:
+                self._attempts.append('the person did not answer')
                 continue
-            if not self._wait(lambda known=before: set(self._seen.beliefs) - known, 15.0):
+            if not self._wait(lambda known=before: set(self._seen.beliefs) - known, SEEING):
+                self._attempts.append(f'no belief after {done.message!r}')
                 continue
             self._moment('shown')
             self._set(name, x_i, 'cell/reset after')
-            if self._wait(decided, 15.0):
+            if self._wait(decided, SEEING):
                 return True
+            self._attempts.append('a belief alone')
         return decided()
 
     def _until_closed(self) -> bool:
@@ -124,8 +134,18 @@ class Story:
             return False
 
         done = self._cell.until(closed, 2 * PATIENCE)
+        while done and self._decides_anew():
+            # A question that nobody answers would take the next demonstration for its answer.
+            if not self._wait(lambda: self._seen.open_decision is not None, SEEING):
+                break
+            done = self._cell.until(closed, 2 * PATIENCE)
         self._moment('moved')
         return done
+
+    def _decides_anew(self) -> bool:
+        """Whether another decision follows, as something was in the way of the last one."""
+        latest = next(reversed(self._seen.outcomes.values()), None)
+        return latest is not None and latest.motion_outcome == NOT_FREE
 
     def _answer(self, tried: set[int]) -> None:
         """Answer what is listed, as read."""

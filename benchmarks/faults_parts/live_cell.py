@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import shutil
 import signal
+import subprocess
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -41,6 +43,9 @@ NAMES = {
 }  # fmt: skip
 #: More deaths than any campaign has, without a pause.
 POLICY = Respawn(pauses=(0.0,) * 100_000, standby=1.0)
+#: Only the superuser can give the cell's state a file system of its own.
+MAY_MOUNT = os.geteuid() == 0 and shutil.which('mount') is not None
+STATE_SIZE = '64m'
 #: frame_id of messages that a fault injects: they are no message of the cell.
 INJECTED = 'injected'
 
@@ -57,12 +62,12 @@ class Watch(PolicyMonitorNode):
         """What it has found."""
         return self._monitor
 
-    def _add(self, sent: int, topic: str, message: Any) -> None:
+    def _receive(self, topic: str, message: Any, info: dict[str, Any]) -> None:
         header = getattr(message, 'header', None)
         if topic != 'heard' and header is not None and header.frame_id == INJECTED:
             return
         self.ledger.observe(topic, message)
-        super()._add(sent, topic, message)
+        super()._receive(topic, message, info)
 
 
 class LiveCell:
@@ -176,8 +181,14 @@ def live_cell(seed: int) -> Iterator[LiveCell]:
     options = StartOptions(seed=seed, real_time_factor=2.0, mode=Mode.INTERACTIVE, threshold=0.7)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix='likeme_faults_')))
+        state = folder / 'state'
+        state.mkdir()
+        if MAY_MOUNT:
+            size = f'size={STATE_SIZE}'
+            subprocess.run(['mount', '-t', 'tmpfs', '-o', size, 'tmpfs', str(state)], check=True)
+            stack.callback(subprocess.run, ['umount', '--lazy', str(state)], check=True)
         domain = stack.enter_context(domain_id())
-        os.environ |= {'ROS_DOMAIN_ID': str(domain), 'LIKEME_STATE': str(folder)}
+        os.environ |= {'ROS_DOMAIN_ID': str(domain), 'LIKEME_STATE': str(state)}
         context = multiprocessing.get_context('spawn')
         supervisor = context.Process(
             target=_supervise, args=(options, domain, str(folder / 'cell.log'))
@@ -188,7 +199,7 @@ def live_cell(seed: int) -> Iterator[LiveCell]:
         stack.callback(rclpy.try_shutdown)
         assert supervisor.pid is not None, 'It was started.'
         cell = LiveCell(
-            supervisor.pid, folder / f'domain_{domain}', domain, rclpy.get_default_context()
+            supervisor.pid, state / f'domain_{domain}', domain, rclpy.get_default_context()
         )
         stack.callback(cell.close)
         if not cell.until(lambda: cell.ready and cell.table is not None, 90.0):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import shutil
 import sqlite3
 import subprocess
@@ -11,6 +10,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from copy import deepcopy
 from typing import Any, NamedTuple
 
@@ -18,7 +18,7 @@ import numpy as np
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from faults_parts.live_cell import INJECTED, NAMES, LiveCell
+from faults_parts.live_cell import INJECTED, MAY_MOUNT, NAMES, LiveCell
 from likeme_bringup.start_cell import Part
 from likeme_inference.experience.decision_log import LOG_FILE
 
@@ -126,18 +126,14 @@ def _clock_jumps(cell: LiveCell, fault: LiveFault) -> End:
 
 
 def _full(cell: LiveCell, _: LiveFault) -> End:
-    """No file of the inference node may grow beyond one page."""
-    process = cell.process(Part.INFERENCE)
-    if process is None:
-        return _nothing
-    none, hard = 4096, resource.RLIM_INFINITY
-    process.rlimit(resource.RLIMIT_FSIZE, (none, hard))
-
-    def end() -> None:
-        if process.is_running():
-            process.rlimit(resource.RLIMIT_FSIZE, (hard, hard))
-
-    return end
+    """The file system of the cell's state, which is its own, has no room left."""
+    filler = cell.folder / 'filler'
+    with filler.open('wb', buffering=0) as file:
+        for size in (2**20, 2**12, 1):
+            with suppress(OSError):
+                while True:
+                    file.write(bytes(size))
+    return filler.unlink
 
 
 def _hold(cell: LiveCell, _: LiveFault) -> End:
@@ -207,7 +203,6 @@ KINDS: dict[str, Callable[[LiveCell, LiveFault], End]] = {
     'SIGSTOP and CONT': _stop,
     'store locked': _locked,
     'hold and kill -9': _hold_and_kill,
-    'disk full': _full,
     'clock jumps': _clock_jumps,
     'slow node': _slow,
     'doubled messages': _inject(lambda message: None),
@@ -222,3 +217,5 @@ KINDS: dict[str, Callable[[LiveCell, LiveFault], End]] = {
 # Only the superuser can make a file immutable; a mode is no hindrance to it.
 if os.geteuid() == 0 and shutil.which('chattr'):
     KINDS['store read-only'] = _read_only
+if MAY_MOUNT:
+    KINDS['disk full'] = _full

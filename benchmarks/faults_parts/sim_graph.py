@@ -11,6 +11,7 @@ import heapq
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from inspect import signature
 from itertools import count
 from typing import Any
 
@@ -119,10 +120,13 @@ class Subscription:
     def __init__(self, process: Process, callback: Callable[[Any], None], depth: int) -> None:
         self.process, self._callback = process, callback
         self._source = Source(process, depth)
+        # As rclpy does: a callback with two parameters gets the times, too.
+        self._with_times = len(signature(callback).parameters) == 2
 
     def deliver(self, message: Any) -> None:
         """A message has arrived."""
-        self._source.add(lambda: self._callback(message))
+        times = ({'received_timestamp': SIM_TIME.system},) if self._with_times else ()
+        self._source.add(lambda: self._callback(message, *times))
 
 
 class Publisher:

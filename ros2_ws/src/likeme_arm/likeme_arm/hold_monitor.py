@@ -50,7 +50,7 @@ class HoldMonitor:
         self._change = 0
         self._heard: float | None = None
 
-    def hear(self, held: bool, change: int) -> None:
+    def hear(self, held: bool, change: int, age: float = 0.0) -> None:
         """Take in a state of the keeper.
 
         Args:
@@ -58,6 +58,7 @@ class HoldMonitor:
             change: number of the last hold or resume, see likeme_msgs/HoldState. A smaller one
                 than heard before comes from a keeper that has lost its memory, or from a second
                 one: it is no consent.
+            age: time since its arrival, s: one that waited is no sign that the keeper lives.
         """
         with self._lock:
             if change < self._change:
@@ -65,7 +66,9 @@ class HoldMonitor:
             # A state that was sent before the stop arrived there does not end the stop.
             if held and change > self._change:
                 self._stopped = False
-            self._held, self._change, self._heard = held, change, self._clock()
+            self._held, self._change = held, change
+            arrived = self._clock() - age
+            self._heard = arrived if self._heard is None else max(arrived, self._heard)
 
     def stop(self) -> None:
         """Block at once, until the keeper has held and then resumed."""

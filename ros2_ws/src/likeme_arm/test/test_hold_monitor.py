@@ -1,8 +1,14 @@
 from __future__ import annotations
 
+import time
+from pathlib import Path
+
 import pytest
 
+from graph import LATCHED, Graph
 from likeme_arm.hold_monitor import Block, HoldMonitor
+from likeme_arm.ros.hold_topics import HoldTopics
+from likeme_msgs.msg import HoldState
 
 
 class Monitored:
@@ -78,3 +84,35 @@ def test_a_stop_of_a_held_cell_outlasts_the_resume_it_crossed(it: Monitored) -> 
     it.monitor.hear(held=True, change=7)
     it.monitor.hear(held=False, change=8)
     assert it.block is Block.STOPPED
+
+
+def test_a_state_that_waited_is_no_sign_that_the_keeper_lives(it: Monitored) -> None:
+    it.monitor.hear(held=False, change=5, age=0.4)
+    assert it.block is Block.UNHEARD
+    it.monitor.hear(held=False, change=5, age=0.1)
+    assert it.block is None
+    it.now += 0.15
+    it.monitor.hear(held=False, change=5, age=0.28)
+    assert it.block is None
+    it.now += 0.1
+    assert it.block is Block.UNHEARD
+    it.monitor.hear(held=True, change=6, age=9.0)
+    assert it.block is Block.HELD
+
+
+@pytest.mark.graph
+def test_a_driver_counts_the_silence_from_the_arrival_of_a_state(tmp_path: Path) -> None:
+    with Graph(tmp_path) as graph:
+        monitor = HoldMonitor(0.3)
+        HoldTopics(graph.node, monitor)
+        keeper = graph.background_node('keeper').create_publisher(
+            HoldState, 'cell/hold_state', LATCHED
+        )
+        keeper.publish(HoldState())
+        graph.until(lambda: monitor.block is None, 10, 'a keeper')
+        graph.until(lambda: monitor.block is Block.UNHEARD, 1, 'a silence')
+        keeper.publish(HoldState(change=1))
+        # The driver's executor is busy meanwhile.
+        time.sleep(0.5)
+        graph.until(lambda: monitor.change == 1, 10, 'the state that waited')
+        assert monitor.block is Block.UNHEARD

@@ -184,6 +184,9 @@ def test_nothing_follows_from_what_cannot_be_logged(tmp_path: Path) -> None:
             assert 'cannot be logged' in refused.message
             assert 'is locked' in refused.message
             assert [r.id for r in refused.pending] == [number]
+            for _ in range(20):
+                assert not answer(graph, number, AskHuman.Request.TRY_ANYWAY).success
+            assert node.said.count('Answer refused') <= 2
             camera.states['pear'] = int(R)
             # Seen while nothing can be written: it is taken in afterwards.
             camera.show('lemon', R, L)

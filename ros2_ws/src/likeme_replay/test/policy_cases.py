@@ -45,9 +45,8 @@ def joints_rest_while_held(t: Trace, bad: bool) -> None:
 
 def joints_rest_unheard(t: Trace, bad: bool) -> None:
     t.hold()
-    t.joints(0.5)
-    t.wait(1)
-    t.joints(0.5 if bad else 0.0)
+    for number in range(20):
+        t.joints(0.5 if bad or number < 9 else 0.0)
 
 
 def motions_begin_once(t: Trace, bad: bool) -> None:

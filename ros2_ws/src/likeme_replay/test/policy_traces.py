@@ -36,9 +36,10 @@ class Trace:
     def broken(self) -> set[str]:
         return set(self.monitor.counts)
 
-    def hear(self, topic: str, message: Any) -> None:
+    def hear(self, topic: str, message: Any, late: float = 0.0) -> None:
+        """late: s from its sending to its arrival."""
         self.now += STEP
-        self.monitor.hear(topic, message, self.now)
+        self.monitor.hear(topic, message, self.now, self.now + late)
 
     def wait(self, seconds: float) -> None:
         self.now += seconds
@@ -123,9 +124,11 @@ class Trace:
     def told(self, held: bool = False, change: int = 1, **changes: Any) -> None:
         self._hold('cell/holds', held, change, **changes)
 
-    def _hold(self, topic: str, held: bool, change: int, **changes: Any) -> None:
+    def _hold(
+        self, topic: str, held: bool, change: int, late: float = 0.0, **changes: Any
+    ) -> None:
         fields = {'run': 'k', 'by': 'ann', 'reason': 'stopped'}
-        self.hear(topic, plain(self.now, held=held, change=change, **fields | changes))
+        self.hear(topic, plain(self.now, held=held, change=change, **fields | changes), late)
 
     def joints(self, speed: float = 0.0) -> None:
         self.hear('joint_states', plain(self.now, velocity=[0.0, -speed]))

@@ -93,6 +93,65 @@ def test_a_decision_may_follow_a_joint_goal() -> None:
         assert trace.broken == broken
 
 
+@pytest.mark.parametrize(('steps', 'broken'), [(7, set()), (12, {'joints_rest_unheard'})])
+def test_silence_begins_when_the_last_state_arrived(steps: int, broken: set[str]) -> None:
+    trace = Trace()
+    trace.hold()
+    # The keeper got no processor time between the stamp of its state and the sending.
+    trace.hold(late=0.4)
+    for number in range(20):
+        trace.joints(0.5 if number < 8 + steps else 0.0)
+    assert trace.broken == broken
+
+
+@pytest.mark.parametrize('held', [False, True])
+def test_a_driver_that_did_not_run_stops_when_it_does(held: bool) -> None:
+    for steps, broken in ((2, set()), (5, {f'joints_rest_{"while_held" if held else "unheard"}'})):
+        trace = Trace()
+        trace.hold(change=1)
+        trace.joints(0.5)
+        if held:
+            trace.hold(held=True, change=2)
+            trace.told(held=True, change=2)
+        trace.wait(1.0)
+        if held:
+            trace.hold(held=True, change=2)
+        for number in range(8):
+            trace.joints(0.5 if number < steps else 0.0)
+        assert trace.broken == broken
+
+
+@pytest.mark.parametrize('missed', [False, True])
+def test_what_the_monitor_missed_is_not_held_against_anybody(missed: bool) -> None:
+    trace = Trace()
+    first = trace.table()
+    trace.hold()
+    if missed:
+        for topic in ('cell/hold_state', 'table_state'):
+            trace.monitor.miss(topic, trace.now, trace.now + 1.0)
+    for _ in range(18):
+        trace.joints(0.5)
+    trace.frame_done(first + 0.5)
+    trace.motion(id='x')
+    trace.motion(2, id='x')
+    trace.hold()
+    trace.joints(0.5)
+    judged = {'joints_rest_unheard', 'frames_read_are_told', 'no_motion_begins_unheard'}
+    assert trace.broken == (set() if missed else judged)
+
+
+@pytest.mark.parametrize('node', ['/perception_node', '/arm_driver', '/hold_keeper'])
+def test_stamps_go_back_once_after_a_restart_of_what_makes_them(node: str) -> None:
+    trace = Trace()
+    trace.beat(1, node=node)
+    time = trace.table()
+    trace.beat(1, node=node, run='b')
+    trace.table(time=time - 0.4)
+    assert trace.broken == ({'stamps_rise'} if node == '/hold_keeper' else set())
+    trace.table(time=time - 0.8)
+    assert trace.broken == {'stamps_rise'}
+
+
 def test_the_documents_table_is_that_of_the_code() -> None:
     text = (Path(__file__).parents[4] / 'docs' / 'policies.md').read_text('utf-8')
     assert text.endswith(f'\n{table()}\n')

@@ -16,6 +16,7 @@ from likeme_arm.motion_driver import MotionDriver, MotionRequest, StampedResult
 from likeme_arm.motion_journal import KEPT, JournalError, MotionJournal, MotionRecord
 from likeme_arm.ros.job_future import job_ended
 from likeme_core.outcomes import Actor, MotionOutcome
+from likeme_core.repeated_line import RepeatedLine
 from likeme_core.ros.time import stamp_ns
 from likeme_msgs.msg import Motion
 from likeme_msgs.srv import ExecuteAction, MotionStatus
@@ -46,7 +47,7 @@ class MotionService:
         self._journal = journal
         # Ids of requests that their senders have given up; the lock: one of them may come now.
         self._refused_ids: dict[str, None] = {}
-        self._lock = threading.Lock()
+        self._lock, self._refusals = threading.Lock(), RepeatedLine()
         self.name, self.motions, self.refused = SERVICES[actor], 0, 0
         # The callback awaits the end of a motion; meanwhile other requests are answered BUSY.
         group = ReentrantCallbackGroup()
@@ -73,11 +74,14 @@ class MotionService:
             cancelled: asked at every control step.
         """
         report = await self._report(request, cancelled)
+        line: str | None = f'{report.outcome.name}: {report.message}'
         if report.started:
             self.motions += 1
         else:
             self.refused += 1
-        self._node.get_logger().info(f'{report.outcome.name}: {report.message}')
+            line = self._refusals.line(f'{report.outcome.name}: {report.message}')
+        if line:
+            self._node.get_logger().info(line)
         return report
 
     async def _report(self, request: Any, cancelled: Callable[[], bool]) -> StampedResult:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from rclpy.node import Node
 
+from likeme_core.repeated_line import RepeatedLine
 from likeme_core.ros.time import stamp_ns
 from likeme_core.world import World
 from likeme_inference import messages
@@ -39,7 +40,7 @@ class AskHumanService:
         """
         self.desk = HelpRequests()
         self._world, self._take, self._refusal = world, take, refusal
-        self._logger = node.get_logger()
+        self._logger, self._refusals = node.get_logger(), RepeatedLine()
         node.create_service(AskHuman, 'ask_human', self._on_request)
 
     def _on_request(
@@ -50,7 +51,8 @@ class AskHumanService:
             response.success = True
         except AnswerRefusedError as error:
             response.message = str(error)
-            self._logger.warning(f'Answer refused: {error}')
+            if line := self._refusals.line(f'Answer refused: {error}'):
+                self._logger.warning(line)
         response.pending = [messages.request_msg(self._world, item) for item in self.desk.pending]
         return response
 

@@ -76,31 +76,56 @@ class KeeperComesBack(Policy):
         if self.seen.hold is None or self._reported:
             return
         silence = now - self.seen.hold_heard
-        if silence > self.bounds.silence + self.bounds.recovery:
+        late = silence > self.bounds.silence + self.bounds.recovery
+        if late and not self.seen.missed('cell/hold_state', now):
             self._reported = True
             yield f'Expected the hold keeper again, got nothing for {silence:.1f} s.'
+
+
+class _JointCheck:
+    """Judges joints from `Bounds.reaction` after they had to begin to stop.
+
+    A driver that got no processor time stops in its next control step: after a pause of its
+    joint states the time counts from the first one.
+    """
+
+    def __init__(self, bounds: Bounds) -> None:
+        self._bounds = bounds
+        self._last = self._runs_since = float('-inf')
+
+    def moving(self, message: Any, now: float, stop: float | None, when: str) -> Found:
+        """A violation if they move; stop: when they had to begin to stop, s, None: never."""
+        if now - self._last > self._bounds.silence:
+            self._runs_since = now
+        self._last = now
+        if stop is None or now - max(stop, self._runs_since) <= self._bounds.reaction:
+            return
+        speed = max((abs(float(v)) for v in message.velocity), default=0.0)
+        if speed > self._bounds.joint_speed:
+            yield f'Expected the joints at rest {when}, got {speed:.3f} rad/s.'
 
 
 class JointsRestWhileHeld(Policy):
     """From a short time after a hold until it is resumed, every joint is at rest."""
 
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._joints = _JointCheck(bounds)
+
     def on_joint_states(self, message: Any, now: float) -> Found:
-        hold = self.seen.hold
-        if hold is None or not hold.held or now - self.seen.hold_changed <= self.bounds.reaction:
-            return
-        yield from _moving(message, self.bounds.joint_speed, 'while held')
+        held = self.seen.hold is not None and self.seen.hold.held
+        stop = self.seen.hold_changed if held else None
+        yield from self._joints.moving(message, now, stop, 'while held')
 
 
 class JointsRestUnheard(Policy):
     """While the hold keeper is not heard, every joint comes to rest and stays so."""
 
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._joints = _JointCheck(bounds)
+
     def on_joint_states(self, message: Any, now: float) -> Found:
-        silence = 0.0 if self.seen.hold is None else now - self.seen.hold_heard
-        if silence > self.bounds.keeper_silence + self.bounds.reaction:
-            yield from _moving(message, self.bounds.joint_speed, 'without a hold keeper')
-
-
-def _moving(message: Any, limit: float, when: str) -> Found:
-    speed = max((abs(float(v)) for v in message.velocity), default=0.0)
-    if speed > limit:
-        yield f'Expected the joints at rest {when}, got {speed:.3f} rad/s.'
+        known = self.seen.hold is not None and not self.seen.missed('cell/hold_state', now)
+        stop = self.seen.hold_heard + self.bounds.keeper_silence if known else None
+        yield from self._joints.moving(message, now, stop, 'without a hold keeper')

@@ -82,7 +82,8 @@ class InputsWerePublished(Expectant):
         if message.refused or first is None or stamp < first:
             return
         published = stamp in self.seen.tables or stamp in self._acknowledged
-        if message.kind == HEARD_TABLE and not published:
+        missed = self.seen.missed('table_state', now)
+        if message.kind == HEARD_TABLE and not published and not missed:
             sentence = f'Expected a table state of {stamp} ns before it is taken, got none.'
             self._expected.expect(stamp, now + self.bounds.recovery, sentence)
         shown = {each for each, _ in self.seen.demonstrations}

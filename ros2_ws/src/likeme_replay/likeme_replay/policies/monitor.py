@@ -58,14 +58,30 @@ class PolicyMonitor:
             for topic in (*TOPICS, QUESTIONS)
         }
 
-    def hear(self, topic: str, message: Any, now: float) -> list[Violation]:
-        """Take a message of one of the topics, received at `now`, s; the violations it shows."""
+    def hear(
+        self, topic: str, message: Any, now: float, arrived: float | None = None
+    ) -> list[Violation]:
+        """Take a message of one of the topics; the violations it shows.
+
+        Args:
+            topic: one of policy.TOPICS.
+            message: of this topic.
+            now: when it was sent, s; of a recording, when it was recorded.
+            arrived: when it was received here, s: others may have received it as late as this.
+        """
         self.messages += 1
         found = self.tick(now) if abs(now - self._ticked) >= TICK else []
         for policy, handler in self._handlers[topic]:
             found += self._add(policy, handler(message, now), now)
-        self.seen.update(topic, message, now)
+        self.seen.update(topic, message, now, arrived)
         return found
+
+    def miss(self, topic: str, since: float, until: float) -> None:
+        """Messages of a topic between two times (s) were sent, and not received here.
+
+        Policies that look back to such a topic do not judge what they cannot know.
+        """
+        self.seen.miss(topic, since, until)
 
     def remember(self, topic: str, message: Any, now: float) -> None:
         """Take a message from before the watch began, such as a latched one, unchecked."""

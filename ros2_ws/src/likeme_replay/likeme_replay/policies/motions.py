@@ -183,7 +183,9 @@ class NoMotionBeginsUnheard(Policy):
 
     def on_motion(self, message: Any, now: float) -> Found:
         if message.state == UNDER_WAY and self.seen.hold is not None:
-            if now - self.seen.hold_heard > self.bounds.keeper_silence:
+            silence = now - self.seen.hold_heard
+            missed = self.seen.missed('cell/hold_state', now)
+            if silence > self.bounds.keeper_silence and not missed:
                 self._blocked.add(message.id)
         elif message.id in self._blocked:
             self._blocked.discard(message.id)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
@@ -29,6 +29,10 @@ NONE = UNKNOWN = 255
 THRESHOLD = 'THRESHOLD'
 #: A stamp that goes back by more means that time began anew (a bag, another camera), ns.
 TIME_JUMP = 1_000_000_000
+#: Gaps in the messages of a topic that are remembered.
+GAPS_KEPT = 10
+#: s after a gap in which messages may still follow from what was missed.
+FOLLOWS = 0.5
 
 Value = TypeVar('Value')
 
@@ -61,7 +65,8 @@ class Seen:
             as records of decisions tell.
         answers: answers that the session took, by the decision's id.
         motions: the last report of each motion by its id.
-        hold: the last HoldState of the keeper, and when it came and when it last changed, s.
+        hold: the last HoldState of the keeper.
+        hold_heard, hold_changed: when it, and its last change, had arrived at the latest, s.
         first_stamp: the first stamp of a table state, ns; what is older was not watched.
     """
 
@@ -80,6 +85,7 @@ class Seen:
         self.hold: Any = None
         self.hold_heard, self.hold_changed = 0.0, 0.0
         self.first_stamp: int | None = None
+        self._gaps: dict[str, deque[tuple[float, float]]] = {}
         self._update: dict[str, Callable[[Any, float], None]] = {
             'world': self._on_world,
             'table_state': self._on_table_state,
@@ -91,7 +97,6 @@ class Seen:
             'heard': self._on_heard,
             'outcome': self._on_outcome,
             'motion': self._on_motion,
-            'cell/hold_state': self._on_hold_state,
         }
 
     @property
@@ -148,10 +153,21 @@ class Seen:
             stamp_of(decision), decision.object, decision.kind
         )  # fmt: skip
 
-    def update(self, topic: str, message: Any, now: float) -> None:
-        """Remember a message, received at `now`."""
-        if topic in self._update:
+    def update(self, topic: str, message: Any, now: float, arrived: float | None = None) -> None:
+        """Remember a message of `now`; `arrived`: see PolicyMonitor.hear."""
+        if topic == 'cell/hold_state':
+            self._on_hold_state(message, now if arrived is None else max(now, arrived))
+        elif topic in self._update:
             self._update[topic](message, now)
+
+    def miss(self, topic: str, since: float, until: float) -> None:
+        """Remember that messages of a topic between two times were published, and not received."""
+        self._gaps.setdefault(topic, deque(maxlen=GAPS_KEPT)).append((since, until))
+
+    def missed(self, topic: str, now: float) -> bool:
+        """Whether what is sent now may follow from messages that were not received."""
+        gaps = self._gaps.get(topic, ())
+        return any(since <= now <= until + FOLLOWS for since, until in gaps)
 
     def _on_world(self, message: Any, _: float) -> None:
         self.world = message

@@ -10,6 +10,8 @@ from likeme_replay.policies.seen import TIME_JUMP, UNKNOWN, Recent, Seen, stamp_
 
 #: Kinds of likeme_msgs/FrameDone.
 READ, REFUSED = 1, 2
+#: Nodes with whose new run stamps may begin anew: the simulated camera's, and perception.
+TIME_KEEPERS = ('arm_driver', 'perception_node')
 
 
 class OneWorld(Policy):
@@ -94,14 +96,31 @@ class SeenObjectsHaveTimes(Policy):
 
 
 class StampsRise(Policy):
-    """Stamps of table states go forward, unless time begins anew by a jump of more than 1 s."""
+    """Stamps of table states go forward, unless time begins anew: with a jump, or a new run.
 
-    def on_table_state(self, message: Any, _: float) -> Found:
+    A jump is one of more than 1 s. Simulated time that runs faster than the clock goes back when
+    the simulated camera is started again; perception, started again, does not know its last stamp.
+    """
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        self._runs: dict[str, str] = {}
+        self._anew_until = float('-inf')
+
+    def on_heartbeat(self, message: Any, now: float) -> Found:
+        name = message.node.rpartition('/')[2]
+        if name in TIME_KEEPERS and self._runs.setdefault(name, message.run) != message.run:
+            self._runs[name], self._anew_until = message.run, now + self.bounds.recovery
+        yield from ()
+
+    def on_table_state(self, message: Any, now: float) -> Found:
         newest = self.seen.newest_table
         if newest is None:
             return
         back = stamp_of(newest) - stamp_of(message)
-        if 0 <= back <= TIME_JUMP:
+        if back > 0 and now <= self._anew_until:
+            self._anew_until = float('-inf')
+        elif 0 <= back <= TIME_JUMP:
             yield f'Expected a stamp after {stamp_of(newest)} ns, got {stamp_of(message)} ns.'
 
 
@@ -127,9 +146,9 @@ class FramesDoneOnce(Policy):
 class FramesReadAreTold(Policy):
     """A frame acknowledged with a table state has one with its stamp."""
 
-    def on_frame_done(self, message: Any, _: float) -> Found:
+    def on_frame_done(self, message: Any, now: float) -> Found:
         if message.kind != READ or not message.table_state or self.seen.first_stamp is None:
             return
-        stamp = stamp_of(message)
-        if stamp >= self.seen.first_stamp and stamp not in self.seen.tables:
+        stamp, missed = stamp_of(message), self.seen.missed('table_state', now)
+        if stamp >= self.seen.first_stamp and stamp not in self.seen.tables and not missed:
             yield f'Expected a table state of {stamp} ns, got none before its acknowledgement.'

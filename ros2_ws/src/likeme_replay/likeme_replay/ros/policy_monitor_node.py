@@ -27,11 +27,15 @@ LATCHED_TOPICS = (
     'cell/holds',
 )  # fmt: skip
 BEST_EFFORT_TOPICS = ('heartbeat',)
+#: Topics with one publisher of which it matters whether messages were missed.
+COUNTED_TOPICS = ('cell/hold_state', 'table_state')
 QUEUE_DEPTH = 200
 #: s for which messages are held back to put those of all topics into the order of their sending.
 REORDERING = 0.5
 CHECK_PERIOD = 0.05
 POLL_PERIOD = 0.5
+#: s in which messages were missed that are worth a warning.
+GAP_WARNING = 0.2
 
 
 class PolicyMonitorNode(Node):
@@ -52,7 +56,10 @@ class PolicyMonitorNode(Node):
         self._monitor = PolicyMonitor()
         self._started = self._due = time.time_ns()
         self._numbers = count()
-        self._waiting: list[tuple[int, int, str, Any]] = []
+        self._waiting: list[tuple[int, int, int, str, Any]] = []
+        self._last: dict[str, tuple[str, int, int]] = {}
+        # How long messages waited in this process's queues lately, ns.
+        self._lag = 0
         for topic, kind in TOPICS.items():
             self._subscribe(topic, message_class(kind))
         self._asking = self.create_client(AskHuman, 'ask_human')
@@ -67,24 +74,52 @@ class PolicyMonitorNode(Node):
     def _subscribe(self, topic: str, kind: Any) -> None:
         def receive(message: Any, info: dict[str, Any]) -> None:
             # rclpy inspects the signature: with two parameters it passes the times.
-            self._add(int(info.get('source_timestamp') or 0) or time.time_ns(), topic, message)
+            self._receive(topic, message, info)
 
         name = f'/{topic}' if topic == 'parameter_events' else topic
         # Annotated for callbacks with one parameter.
         self.create_subscription(kind, name, receive, _qos(topic))  # type: ignore[arg-type]
 
-    def _add(self, sent: int, topic: str, message: Any) -> None:
-        heappush(self._waiting, (sent, next(self._numbers), topic, message))
+    def _receive(self, topic: str, message: Any, info: dict[str, Any]) -> None:
+        sent = int(info.get('source_timestamp') or 0) or time.time_ns()
+        if topic in COUNTED_TOPICS:
+            number = int(info.get('publication_sequence_number') or 0)
+            self._find_gap(topic, getattr(message, 'run', ''), number, sent)
+        received = int(info.get('received_timestamp') or 0) or sent
+        self._lag = max(self._lag, time.time_ns() - received)
+        self._add(sent, received, topic, message)
+
+    def _find_gap(self, topic: str, run: str, number: int, sent: int) -> None:
+        """Notice messages that this process missed, as when it got no processor time.
+
+        run: of the publisher, where the message says it. number: counted by the publisher; one
+        that is not greater is that of another publisher. sent: ns.
+        """
+        last_run, last, since = self._last.get(topic, (run, number, sent))
+        self._last[topic] = run, number, sent
+        if number > last + 1 and run == last_run:
+            self._monitor.miss(topic, since / SECOND, sent / SECOND)
+            if sent - since > GAP_WARNING * SECOND:
+                self.get_logger().warning(
+                    f'{number - last - 1} messages of {topic} within '
+                    f'{(sent - since) / SECOND:.1f} s were missed: not all is judged.'
+                )
+
+    def _add(self, sent: int, received: int, topic: str, message: Any) -> None:
+        heappush(self._waiting, (sent, next(self._numbers), received, topic, message))
 
     def _check(self) -> None:
         # What was due at the last check: if this process was stopped, not all has been taken yet.
-        due, self._due = self._due, time.time_ns() - round(REORDERING * SECOND)
+        # Nor has it while messages wait in queues: those of one topic may be ahead of another's.
+        due, self._due = self._due, time.time_ns() - round(REORDERING * SECOND) - self._lag
+        self._lag //= 2
         while self._waiting and self._waiting[0][0] <= due:
-            sent, _, topic, message = heappop(self._waiting)
+            sent, _, received, topic, message = heappop(self._waiting)
             if sent < self._started:
                 self._monitor.remember(topic, message, sent / SECOND)
                 continue
-            self._report(self._monitor.hear(topic, message, sent / SECOND))
+            arrived = received / SECOND
+            self._report(self._monitor.hear(topic, message, sent / SECOND, arrived))
         self._report(self._monitor.tick(due / SECOND))
 
     def _report(self, violations: Any) -> None:
@@ -101,7 +136,8 @@ class PolicyMonitorNode(Node):
             self._asked.add_done_callback(self._on_questions)
 
     def _on_questions(self, future: Any) -> None:
-        self._add(time.time_ns(), QUESTIONS, future.result())
+        now = time.time_ns()
+        self._add(now, now, QUESTIONS, future.result())
 
     def _diagnose(self) -> None:
         counts = self._monitor.counts
