@@ -37,7 +37,8 @@ _AREA_STEP = 0.05
 _UNCHANGED, _READ = 0.8, 0.5
 # Colours and depth may be so far (s) apart in time: what moves is where it is no surer than that.
 _OUT_OF_STEP = 0.1
-# An identity that is at least so sure leaves the state's probability as it is.
+# An identity that is at least so sure leaves the state's probability as it is; so does that of
+# what rests, which was told in many frames.
 _SURE_IDENTITY = 0.99
 # Probability that what was only seen in part, in the colours of an object, is that object.
 _PART_OF_ANOTHER = 0.5
@@ -89,6 +90,12 @@ class Template(NamedTuple):
     shape: Shape
     identity: float
 
+    def unchanged(self, frame: RgbdFrame) -> Index:
+        """Pixels in which the depth has not changed."""
+        now = frame.depth.ravel()[self.pixels]
+        near = np.abs(now - self.depth) < 0.005 + 3 * depth_sigma(self.depth)
+        return np.asarray(self.pixels[near])
+
 
 class ObjectTrack:
     """Tracks one object of the catalogue over successive frames."""
@@ -103,6 +110,8 @@ class ObjectTrack:
         self._rest_since = 0
         self._unseen_since: int | None = None
         self._template: Template | None = None
+        # The last template, also if it was not seen since, while it is seen nowhere else.
+        self._identified: Template | None = None
         # It was elsewhere, and then a hand came.
         self._brought = False
         # A hand or an arm has hidden or moved it since the template.
@@ -119,26 +128,24 @@ class ObjectTrack:
         """Pixels in which the object at rest has not changed its depth since the template."""
         if self._template is None:
             return np.zeros(0, np.intp)
-        now = frame.depth.ravel()[self._template.pixels]
-        near = np.abs(now - self._template.depth) < 0.005 + 3 * depth_sigma(self._template.depth)
-        return np.asarray(self._template.pixels[near])
+        return self._template.unchanged(frame)
 
-    def unmoved(self, frame: RgbdFrame, unchanged: Index, limb: bool) -> Unmoved | None:
+    def unmoved(self, frame: RgbdFrame, limb: bool) -> Unmoved | None:
         """The object at rest if its surface is the one that was identified; None if it may not be.
 
-        unchanged: from that method. limb: whether a hand or an arm is in view.
+        limb: whether a hand or an arm is in view.
         """
-        if self._template is None:
+        known = self._identified
+        if known is None:
             return None
-        read = np.count_nonzero(np.isfinite(frame.depth.take(self._template.pixels)))
-        seen = read >= _READ * len(self._template.pixels)
-        if not seen or len(unchanged) < _UNCHANGED * read:
+        unchanged = known.unchanged(frame)
+        read = np.count_nonzero(np.isfinite(frame.depth.take(known.pixels)))
+        if read < _READ * len(known.pixels) or len(unchanged) < _UNCHANGED * read:
             self._touched |= limb
             return None
         if self._touched:
             return None
-        shape, identity = self._template.shape, self._template.identity
-        return Unmoved(unchanged, shape, self._usual_area, identity)
+        return Unmoved(unchanged, known.shape, self._usual_area, known.identity)
 
     def update(
         self,
@@ -180,7 +187,7 @@ class ObjectTrack:
         if resting and not partial:
             depth = frame.depth.ravel()[s.blob.pixels]
             self._template = Template(s.blob.pixels, depth, shape, s.identity)
-            self._touched = False
+            self._identified, self._touched = self._template, False
             self._usual_shape = shape
         elif not resting:
             sigma += _OUT_OF_STEP * self._speed(frame.stamp, shape)
@@ -191,7 +198,7 @@ class ObjectTrack:
         self._seen_whole |= whole and not s.beside_limb
         identity = s.identity if self._seen_whole else _PART_OF_ANOTHER * s.identity
         probability = state_probability(context.regions, (x, y, z), sigma)
-        if context.doubtful or identity < _SURE_IDENTITY:
+        if context.doubtful or (identity < _SURE_IDENTITY and not resting):
             probability = tuple(
                 identity * p + (1 - identity) / len(probability) for p in probability
             )
@@ -232,9 +239,9 @@ class ObjectTrack:
         x, y, _ = shape.centroid
         anchor = self._anchor
         if anchor is None or np.hypot(x - anchor[0], y - anchor[1]) > self._config.rest_radius:
-            self._anchor, self._rest_since = (x, y), stamp
-            if self._template is not None and self._moved_from(self._template, shape):
-                self._template = None
+            self._anchor, self._rest_since, self._template = (x, y), stamp, None
+            if self._identified is not None and self._moved_from(self._identified, shape):
+                self._identified = None
         return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
 
     def _moved_from(self, template: Template, shape: Shape) -> bool:
@@ -267,8 +274,9 @@ class ObjectTrack:
             return _unknown(last, hidden, context.regions)
         gone = stamp - self._unseen_since >= nanoseconds(self._config.absence_time)
         if last.state == elsewhere or gone:
-            self._template = None if gone else self._template
-            self._seen_whole &= not gone
+            if gone:
+                self._template = self._identified = None
+                self._seen_whole = False
             return _not_visible(
                 last, elsewhere, gone and not context.limb_in_view, context.regions
             )

@@ -229,10 +229,7 @@ class TabletopPerception:
         seen = self._detector.detect(
             found, limb_mask if hand or arm else None, frame, background, looks
         )
-        unmoved = [
-            track.unmoved(frame, pixels, len(limb) > 0)
-            for track, pixels in zip(self._tracks, unchanged, strict=True)
-        ]
+        unmoved = [track.unmoved(frame, len(limb) > 0) for track in self._tracks]
         seen, contested = keep_identities(seen, {k: u for k, u in enumerate(unmoved) if u})
         (detections, rest, _), unclear = self._same_kind.resolved(frame.stamp, seen, len(limb) > 0)
         maybe = contested | self._maybe_seen(rest, light, looks)
