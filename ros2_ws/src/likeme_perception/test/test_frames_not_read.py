@@ -149,6 +149,19 @@ def test_objects_whose_clipped_colours_are_the_same_are_not_told(
     assert [o.state for o in seen.objects] == [LEFT, RIGHT]
 
 
+def test_what_is_left_of_two_after_a_hand_is_no_surer_than_before(
+    renderer, catalogue, lemon, forearm
+) -> None:
+    perception = renderer.perception(Catalogue(catalogue.objects[:1]))
+    left, right = lemon(0.45, 0.15), lemon(0.40, -0.2)
+    seen = settle(perception, renderer, left, right, change=lit(2.0))
+    assert seen.object('lemon').state is None
+    arms = forearm(0.40, 0.15, 0.05), forearm(0.35, -0.2, 0.05)
+    settle(perception, renderer, left, *arms, change=lit(2.0))
+    seen = settle(perception, renderer, left, change=lit(2.0))
+    assert seen.object('lemon').state is None
+
+
 def test_what_is_white_where_the_table_saturates_is_no_object(
     renderer, catalogue, lemon, pear
 ) -> None:
