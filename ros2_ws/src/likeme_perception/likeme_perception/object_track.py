@@ -21,12 +21,12 @@ from likeme_perception.object_detection import ObjectDetection
 from likeme_perception.observation import ObjectObservation
 from likeme_perception.occlusion_correction import correct_occluded_shape
 from likeme_perception.rgbd import RgbdFrame, depth_sigma
+from likeme_perception.rise_estimation import horizontal_distance
 from likeme_perception.state_probability import certain, state_probability
 from likeme_perception.top_view import Shape
 from likeme_perception.unmoved_objects import Unmoved
 
 ImageF = NDArray[np.float32]
-Point = tuple[float, float, float]
 
 # Below this share of its usual area an object beside a limb counts as partly occluded.
 _WHOLE_FRACTION = 0.85
@@ -41,7 +41,7 @@ _OUT_OF_STEP = 0.1
 # what rests, which was told in many frames.
 _SURE_IDENTITY = 0.99
 # Probability that what was only seen in part, in the colours of an object, is that object.
-_PART_OF_ANOTHER = 0.5
+_SURE_BY_PART = 0.5
 # An object is held if its top is this much (m) higher than it can stand; the neighbourhood
 # (pixels) in which a hand touches it.
 _RAISED, _TOUCH = 0.03, np.ones((15, 15), np.uint8)
@@ -110,17 +110,16 @@ class ObjectTrack:
         self._rest_since = 0
         self._unseen_since: int | None = None
         self._template: Template | None = None
-        # The last template, also if it was not seen since, while it is seen nowhere else.
+        # The last template, also if it was not seen since, until it is seen elsewhere or a hand or
+        # an arm has hidden or moved it.
         self._identified: Template | None = None
         # It was elsewhere, and then a hand came.
         self._brought = False
-        # A hand or an arm has hidden or moved it since the template.
-        self._touched = False
         # It was seen whole since it was elsewhere.
         self._seen_whole = False
 
     @property
-    def place(self) -> Point:
+    def place(self) -> tuple[float, float, float]:
         """Centroid as last seen, m; NaN if never seen."""
         return self._last.centroid
 
@@ -141,9 +140,7 @@ class ObjectTrack:
         unchanged = known.unchanged(frame)
         read = np.count_nonzero(np.isfinite(frame.depth.take(known.pixels)))
         if read < _READ * len(known.pixels) or len(unchanged) < _UNCHANGED * read:
-            self._touched |= limb
-            return None
-        if self._touched:
+            self._identified = None if limb else known
             return None
         return Unmoved(unchanged, known.shape, self._usual_area, known.identity)
 
@@ -187,8 +184,7 @@ class ObjectTrack:
         if resting and not partial:
             depth = frame.depth.ravel()[s.blob.pixels]
             self._template = Template(s.blob.pixels, depth, shape, s.identity)
-            self._identified, self._touched = self._template, False
-            self._usual_shape = shape
+            self._identified, self._usual_shape = self._template, shape
         elif not resting:
             sigma += _OUT_OF_STEP * self._speed(frame.stamp, shape)
         x, y, z = shape.centroid
@@ -196,7 +192,7 @@ class ObjectTrack:
         # Beside the table a hand that comes in may hold it.
         whole = not partial and state != context.regions.elsewhere
         self._seen_whole |= whole and not s.beside_limb
-        identity = s.identity if self._seen_whole else _PART_OF_ANOTHER * s.identity
+        identity = s.identity if self._seen_whole else _SURE_BY_PART * s.identity
         probability = state_probability(context.regions, (x, y, z), sigma)
         if context.doubtful or (identity < _SURE_IDENTITY and not resting):
             probability = tuple(
@@ -218,7 +214,7 @@ class ObjectTrack:
         """Mean speed over the table, m/s, since it was last seen; 0 if it never was."""
         if self._last.shape is None or stamp <= self._last.last_seen:
             return 0.0
-        away = float(np.hypot(*np.subtract(shape.centroid[:2], self._last.centroid[:2])))
+        away = horizontal_distance(shape.centroid, self._last.centroid)
         return away / seconds(stamp - self._last.last_seen)
 
     def _partly_seen(
@@ -240,13 +236,13 @@ class ObjectTrack:
         anchor = self._anchor
         if anchor is None or np.hypot(x - anchor[0], y - anchor[1]) > self._config.rest_radius:
             self._anchor, self._rest_since, self._template = (x, y), stamp, None
-            if self._identified is not None and self._moved_from(self._identified, shape):
+            known = self._identified
+            if known is not None and (
+                horizontal_distance(shape.centroid, known.shape.centroid)
+                > self._config.rest_radius
+            ):
                 self._identified = None
         return stamp - self._rest_since >= nanoseconds(self._config.settle_time)
-
-    def _moved_from(self, template: Template, shape: Shape) -> bool:
-        away = np.subtract(shape.centroid[:2], template.shape.centroid[:2])
-        return float(np.hypot(*away)) > self._config.rest_radius
 
     def _held_by_absorbed(self, s: ObjectDetection, context: FrameContext) -> bool:
         """Whether the object is higher than it can stand, beside an absorbed hand."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import replace
 from typing import cast
 
@@ -27,7 +26,7 @@ from likeme_perception.object_detection import ObjectDetection, ObjectDetector, 
 from likeme_perception.object_track import FrameContext, ObjectTrack
 from likeme_perception.observation import TableObservation, UnresolvedReason
 from likeme_perception.rgbd import Intrinsics, RgbdFrame
-from likeme_perception.same_kind import SameKindResolver
+from likeme_perception.same_kind import LostAmongSeveral, SameKindResolver
 from likeme_perception.state_probability import regions_of
 from likeme_perception.static_foreground import (
     AbsorbedRegion,
@@ -87,8 +86,7 @@ class TabletopPerception:
         self.demonstrations = DemonstrationTracker(self.config)
         self._same_kind = SameKindResolver(self.config.settle_time)
         self._names = UnknownObjectNames(self.config.absence_time)
-        self._one_of_several: set[int] = set()
-        self._lost: set[int] = set()
+        self._lost = LostAmongSeveral()
 
     @property
     def reason(self) -> str:
@@ -235,7 +233,7 @@ class TabletopPerception:
         unmoved = [track.unmoved(frame, len(limb) > 0) for track in self._tracks]
         seen, contested = keep_identities(seen, {k: u for k, u in enumerate(unmoved) if u})
         (detections, rest, _), unclear = self._same_kind.resolved(frame.stamp, seen, len(limb) > 0)
-        unclear |= self._lost_among_others(detections, rest, light, len(limb) > 0)
+        unclear |= self._lost.update(detections, rest, light.clipped, len(limb) > 0)
         maybe = contested | self._maybe_seen(rest, light, looks)
         if light.clipped:
             maybe |= {k for s in [*detections.values(), *rest] for k in possible(s.probability)}
@@ -269,24 +267,6 @@ class TabletopPerception:
             now, demonstrations=acts.demonstrations, unresolved=acts.unresolved,
             attempts=acts.attempts,
         )  # fmt: skip
-
-    def _lost_among_others(
-        self, named: dict[int, ObjectDetection], rest: list[ObjectDetection], light: Light,
-        limb: bool,
-    ) -> set[int]:  # fmt: skip
-        """Objects that were one of several things when a hand came, which may have taken any.
-
-        Of those that are left none is surer than before. Only where colours are clipped: in others
-        each of several has a name.
-        """
-        if not light.clipped:
-            self._one_of_several, self._lost = set(), set()
-        elif limb:
-            self._lost |= self._one_of_several
-        else:
-            counts = Counter(k for s in rest for k in possible(s.probability))
-            self._one_of_several = {k for k, n in counts.items() if n > 1 and k not in named}
-        return self._lost
 
     def _acts(self, now: TableObservation, still: bool) -> CompletedActs:
         """What a frame tells of acts; still: its hand or arm has become background."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from likeme_core.stamps import nanoseconds
-from likeme_perception.identification import fits
+from likeme_perception.identification import fits, possible
 from likeme_perception.object_detection import Detections, ObjectDetection
 
 Place = tuple[float, float]
@@ -96,6 +98,35 @@ class SameKindResolver:
         if kind.unclear_since is None:
             kind.unclear_since = stamp
         kind.lost = stamp - kind.unclear_since >= self._settle
+
+
+class LostAmongSeveral:
+    """Objects that were one of several things when a hand came, which may have taken any.
+
+    Of those that are left none is surer than before. Only where colours are clipped: in others
+    each of several has a name.
+    """
+
+    def __init__(self) -> None:
+        self._one_of_several: set[int] = set()
+        self._lost: set[int] = set()
+
+    def update(
+        self, named: Container[int], rest: Sequence[ObjectDetection], clipped: bool, limb: bool
+    ) -> set[int]:
+        """Take one frame; the lost objects, by catalogue index.
+
+        named: objects that are told. rest: detections without a name. limb: whether a hand or an
+        arm is in view.
+        """
+        if not clipped:
+            self._one_of_several, self._lost = set(), set()
+        elif limb:
+            self._lost |= self._one_of_several
+        else:
+            counts = Counter(k for s in rest for k in possible(s.probability))
+            self._one_of_several = {k for k, n in counts.items() if n > 1 and k not in named}
+        return self._lost
 
 
 def _place(s: ObjectDetection) -> Place:

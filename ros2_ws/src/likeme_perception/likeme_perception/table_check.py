@@ -96,13 +96,13 @@ class TableCheck:
         """Count in how many looks in a row it deviates in the same way."""
         colours = self._colours.shift(colour_edges(frame.rgb)) if lit else None
         depths = self._depths.shift(depth_edges(frame.depth))
-        found = set()
+        found = ''
         if colours is not None or (self.enough and self._deviates(frame)):
-            found.add(CAMERA_MOVED)
+            found = CAMERA_MOVED
         elif depths is not None:
-            found.add(NOT_REGISTERED if lit and self._colours.distinct else CAMERA_MOVED)
+            found = NOT_REGISTERED if lit and self._colours.distinct else CAMERA_MOVED
         for reason in CAMERA_MOVED, NOT_REGISTERED:
-            self._deviating[reason] = self._deviating[reason] + 1 if reason in found else 0
+            self._deviating[reason] = self._deviating[reason] + 1 if reason == found else 0
 
     def _deviates(self, frame: RgbdFrame) -> bool:
         depth = frame.depth.take(self._pixels)

@@ -9,6 +9,7 @@ import numpy as np
 
 from likeme_perception.blobs import Index
 from likeme_perception.object_detection import Detections, ObjectDetection
+from likeme_perception.rise_estimation import horizontal_distance
 from likeme_perception.top_view import Shape
 
 # Of an object that has not moved, this share of the pixels is in one blob, which is at most so
@@ -60,7 +61,7 @@ def keep_identities(
 
 def lies_at(s: ObjectDetection, place: tuple[float, float, float], within: float) -> bool:
     """Whether a detection is within a distance, m, of a place in the top view."""
-    return float(np.hypot(*np.subtract(s.shape.centroid[:2], place[:2]))) < within
+    return horizontal_distance(s.shape.centroid, place) < within
 
 
 def _is_at(s: ObjectDetection, place: Unmoved) -> bool:
