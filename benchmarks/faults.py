@@ -5,7 +5,8 @@
 Offline (N faults, default 10,000): the real inference node and hold keeper, decision log,
 journal of motions and hold monitor, in simulated time on a simulated graph, with a simulated arm,
 camera, person and operators. Live (M faults, default 20): the cell's processes under their
-supervisor, on a ROS domain of their own. Soak (--soak K stories in one cell, default 0): memory.
+supervisor, on a ROS domain of their own and, for root where network namespaces are allowed, on
+three hosts of which one may be cut off. Soak (--soak K stories in one cell, default 0): memory.
 Exit code 1 if a bar is missed.
 """
 
@@ -18,6 +19,7 @@ import numpy as np
 from faults_parts import results
 from faults_parts.results import CellResult, Trouble
 from report import Bar, option_parser, publish, whole_number
+from two_hosts_parts.hosts import own_network
 
 #: Troubles that are reported of each kind.
 SHOWN = 20
@@ -69,6 +71,8 @@ def main() -> int:
     parser.add_argument('--soak', type=whole_number, default=0)
     parser.add_argument('--seed', type=whole_number, default=1)
     given = parser.parse_args()
+    if given.live > 0:
+        own_network()
     bars: list[Bar] = []
     notes: dict[str, Any] = {}
     if given.n > 0:

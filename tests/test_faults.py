@@ -143,6 +143,42 @@ with live_cell(1) as cell:
 """
 
 
+CUT_OFF = """
+import sys
+sys.path.insert(0, {benchmarks!r})
+from two_hosts_parts.hosts import own_network
+if not own_network():
+    sys.exit({skipped})
+import time
+from faults_parts.live_cell import NAMES, live_cell
+from faults_parts.live_kinds import KINDS, LiveFault
+from likeme_bringup.start_cell import Part
+with live_cell(1) as cell:
+    before = {{part: cell.process(part) for part in NAMES}}
+    alive = lambda part: cell.heartbeats.alive(NAMES[part], time.monotonic())
+    end = KINDS['network cut'](cell, LiveFault('network cut', '', Part.HOLD, 0.0))
+    assert cell.until(lambda: not alive(Part.HOLD), 60), 'The keeper is still heard.'
+    assert alive(Part.ARM) and alive(Part.INFERENCE)
+    end()
+    assert cell.until(lambda: cell.ready, 60), 'The keeper is not heard again.'
+    assert {{part: cell.process(part) for part in NAMES}} == before, 'A node was started again.'
+    assert not cell.watch.monitor.violations, cell.watch.monitor.violations
+"""
+SKIPPED = 77
+
+
+@pytest.mark.graph
+@pytest.mark.slow
+def test_a_keeper_that_is_cut_off_the_network_is_missed_and_heard_again() -> None:
+    script = CUT_OFF.format(benchmarks=str(BENCHMARKS), skipped=SKIPPED)
+    done = subprocess.run(
+        [sys.executable, '-c', script], capture_output=True, text=True, timeout=200, check=False
+    )
+    if done.returncode == SKIPPED:
+        pytest.skip('network namespaces are not allowed here')
+    assert done.returncode == 0, done.stderr[-2000:]
+
+
 @pytest.mark.graph
 @pytest.mark.slow
 @pytest.mark.skipif(not MAY_MOUNT, reason='only the superuser can mount a file system')

@@ -9,7 +9,7 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from faults_parts.ledger import Ledger
+from likeme_bringup.child import Child
 from likeme_bringup.respawn import Respawn
 from likeme_bringup.start_cell import MODULES, Part, StartOptions, children
 from likeme_bringup.supervisor import Supervisor
@@ -36,6 +37,7 @@ from likeme_msgs.msg import Demonstration, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 from likeme_replay.policies.monitor import PolicyMonitor
 from likeme_replay.ros.policy_monitor_node import PolicyMonitorNode
+from two_hosts_parts.hosts import OWN_NETWORK, Host, hosts_at_switch
 
 NAMES = {
     Part.HOLD: '/hold_keeper', Part.ARM: '/arm_driver', Part.PERCEPTION: '/perception_node',
@@ -46,6 +48,9 @@ POLICY = Respawn(pauses=(0.0,) * 100_000, standby=1.0)
 #: Only the superuser can give the cell's state a file system of its own.
 MAY_MOUNT = os.geteuid() == 0 and shutil.which('mount') is not None
 STATE_SIZE = '64m'
+#: Hosts of nodes where network namespaces are allowed. Images stay on one.
+HOSTS = ((Part.HOLD,), (Part.ARM, Part.PERCEPTION), (Part.INFERENCE,))
+MAY_CUT = OWN_NETWORK in os.environ
 #: frame_id of messages that a fault injects: they are no message of the cell.
 INJECTED = 'injected'
 
@@ -77,11 +82,15 @@ class LiveCell:
         watch: the policies.
         domain: of ROS.
         folder: of the cell's state.
+        hosts: of its nodes, where it has several.
         heartbeats: of its nodes.
     """
 
-    def __init__(self, supervisor: int, folder: Path, domain: int, context: Any) -> None:
+    def __init__(
+        self, supervisor: int, folder: Path, domain: int, hosts: Mapping[Part, Host], context: Any
+    ) -> None:
         self._supervisor, self.folder, self.domain = supervisor, folder, domain
+        self.hosts = hosts
         self.node = Node('faults', context=context, start_parameter_services=False)
         self.watch = Watch()
         self.heartbeats: HeartbeatMonitor = HeartbeatSubscriber(self.node).monitor
@@ -168,11 +177,22 @@ class LiveCell:
         self.node.destroy_node()
 
 
-def _supervise(options: StartOptions, domain: int, log: str) -> None:
+def _supervise(options: StartOptions, domain: int, log: str, hosts: Mapping[Part, Host]) -> None:
     """The cell under its supervisor, until SIGTERM."""
     parts = tuple(Part)
+    nodes = [
+        child if part not in hosts else _on(hosts[part], child)
+        for part, child in zip(parts, children(parts, options, network=bool(hosts)), strict=True)
+    ]
     with open(log, 'w', encoding='utf-8') as out, claim(domain, parts):
-        Supervisor(children(options=options), out, respawn=POLICY).run()
+        Supervisor(nodes, out, respawn=POLICY).run()
+
+
+def _on(host: Host, child: Child) -> Child:
+    assert child.standby is not None, 'Every node of a cell has a standby.'
+    return child._replace(
+        command=host.command(*child.command), standby=host.command(*child.standby)
+    )
 
 
 @contextmanager
@@ -187,11 +207,17 @@ def live_cell(seed: int) -> Iterator[LiveCell]:
             size = f'size={STATE_SIZE}'
             subprocess.run(['mount', '-t', 'tmpfs', '-o', size, 'tmpfs', str(state)], check=True)
             stack.callback(subprocess.run, ['umount', '--lazy', str(state)], check=True)
+        hosts = {}
+        if MAY_CUT:
+            # After the mount, for them to see it.
+            at_switch = stack.enter_context(hosts_at_switch(len(HOSTS)))
+            hosts = {p: host for host, parts in zip(at_switch, HOSTS, strict=True) for p in parts}
+            os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'
         domain = stack.enter_context(domain_id())
         os.environ |= {'ROS_DOMAIN_ID': str(domain), 'LIKEME_STATE': str(state)}
         context = multiprocessing.get_context('spawn')
         supervisor = context.Process(
-            target=_supervise, args=(options, domain, str(folder / 'cell.log'))
+            target=_supervise, args=(options, domain, str(folder / 'cell.log'), hosts)
         )
         supervisor.start()
         stack.callback(_end, supervisor)
@@ -199,7 +225,7 @@ def live_cell(seed: int) -> Iterator[LiveCell]:
         stack.callback(rclpy.try_shutdown)
         assert supervisor.pid is not None, 'It was started.'
         cell = LiveCell(
-            supervisor.pid, state / f'domain_{domain}', domain, rclpy.get_default_context()
+            supervisor.pid, state / f'domain_{domain}', domain, hosts, rclpy.get_default_context()
         )
         stack.callback(cell.close)
         if not cell.until(lambda: cell.ready and cell.table is not None, 90.0):

@@ -18,7 +18,7 @@ import numpy as np
 from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
-from faults_parts.live_cell import INJECTED, MAY_MOUNT, NAMES, LiveCell
+from faults_parts.live_cell import INJECTED, MAY_CUT, MAY_MOUNT, NAMES, LiveCell
 from likeme_bringup.start_cell import Part
 from likeme_inference.experience.decision_log import LOG_FILE
 
@@ -136,6 +136,17 @@ def _full(cell: LiveCell, _: LiveFault) -> End:
     return filler.unlink
 
 
+def _cut(cell: LiveCell, fault: LiveFault) -> End:
+    """The host of a node is off the network."""
+    host = cell.hosts[fault.part]
+    host.connect(False)
+
+    def end() -> None:
+        host.connect(True)
+
+    return end
+
+
 def _hold(cell: LiveCell, _: LiveFault) -> End:
     cell.hold.call_async(Trigger.Request())
 
@@ -217,5 +228,7 @@ KINDS: dict[str, Callable[[LiveCell, LiveFault], End]] = {
 # Only the superuser can make a file immutable; a mode is no hindrance to it.
 if os.geteuid() == 0 and shutil.which('chattr'):
     KINDS['store read-only'] = _read_only
+if MAY_CUT:
+    KINDS['network cut'] = _cut
 if MAY_MOUNT:
     KINDS['disk full'] = _full

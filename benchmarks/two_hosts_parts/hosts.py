@@ -1,7 +1,7 @@
-"""Two hosts on one machine: network and mount namespaces, connected by a virtual cable.
+"""Hosts on one machine: network and mount namespaces, connected by virtual cables.
 
 Each host has network interfaces and a /dev/shm of its own, so that its processes reach those of
-the other one by UDP alone. Needs root, util-linux and iproute2.
+the others by UDP alone. Needs root, util-linux and iproute2.
 """
 
 from __future__ import annotations
@@ -9,13 +9,18 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any, NamedTuple
 
 SUBNET = '10.213.7'
 #: Of a namespace: waits for its end at stdin.
 HOLD = 'mount -t tmpfs tmpfs /dev/shm && ip link set lo up && echo ready && exec cat'
+
+UNSHARE = ('unshare', '--net', '--mount')
+#: Environment variable of a program that runs in namespaces of its own.
+OWN_NETWORK = 'LIKEME_OWN_NETWORK'
 
 #: Codes of classic BPF (linux/bpf_common.h), and the address of a random word (linux/filter.h:
 #: SKF_AD_OFF + SKF_AD_RANDOM).
@@ -28,9 +33,10 @@ class NamespaceError(Exception):
 
 
 class Host(NamedTuple):
-    """One host: a process that keeps its namespaces."""
+    """One host: a process that keeps its namespaces, and its port at a switch, if it has one."""
 
     pid: int
+    port: str = ''
 
     def command(self, *words: str) -> list[str]:
         """The command line that runs words on this host."""
@@ -43,6 +49,10 @@ class Host(NamedTuple):
             NamespaceError: it failed; with what it said.
         """
         _run(self.command(*words))
+
+    def connect(self, connected: bool) -> None:
+        """Plug the cable to the switch in, or out."""
+        _run(['ip', 'link', 'set', self.port, 'up' if connected else 'down'])
 
     def lose(self, share: float) -> None:
         """Drop a random share of the packets that arrive at this host, each IP fragment by itself.
@@ -66,24 +76,78 @@ def two_hosts() -> Iterator[tuple[Host, Host]]:
     Raises:
         NamespaceError: the machine does not allow them.
     """
-    missing = [tool for tool in ('unshare', 'nsenter', 'ip', 'tc') if not shutil.which(tool)]
-    if missing or os.geteuid() != 0:
-        wanted = f'the commands {", ".join(missing)}' if missing else 'root'
-        raise NamespaceError(f'Expected {wanted} for network namespaces, got none.')
+    check_allowed()
     with ExitStack() as stack:
         hosts = Host(_namespace(stack)), Host(_namespace(stack))
         _run(['ip', 'link', 'add', 'cable', 'netns', str(hosts[0].pid), 'type', 'veth',
               'peer', 'name', 'cable', 'netns', str(hosts[1].pid)])  # fmt: skip
         for number, host in enumerate(hosts, 1):
-            host.run('ip', 'address', 'add', f'{SUBNET}.{number}/24', 'dev', 'cable')
-            host.run('ip', 'link', 'set', 'cable', 'up')
-            host.run('ip', 'route', 'add', '224.0.0.0/4', 'dev', 'cable')
+            _configure('cable', number, host.run)
         yield hosts
+
+
+@contextmanager
+def hosts_at_switch(count: int) -> Iterator[tuple[Host, ...]]:
+    """Hosts at a switch, at which this process is, too; gone with the context.
+
+    The process must have a network namespace of its own (see `own_network`).
+
+    Raises:
+        NamespaceError: the machine does not allow them.
+    """
+    with ExitStack() as stack:
+        _run(['ip', 'link', 'set', 'lo', 'up'])
+        # Without a router no host would be asked which groups it wants.
+        _run(['ip', 'link', 'add', 'switch', 'type', 'bridge', 'mcast_snooping', '0'])
+        stack.callback(_run, ['ip', 'link', 'delete', 'switch'], must_work=False)
+        _configure('switch', 254, lambda *words: _run([*words]))
+        hosts = []
+        for number in range(1, count + 1):
+            host = Host(_namespace(stack), f'port{number}')
+            _run(['ip', 'link', 'add', host.port, 'type', 'veth',
+                  'peer', 'name', 'cable', 'netns', str(host.pid)])  # fmt: skip
+            _run(['ip', 'link', 'set', host.port, 'master', 'switch', 'up'])
+            _configure('cable', number, host.run)
+            hosts.append(host)
+        yield tuple(hosts)
+
+
+def check_allowed() -> None:
+    """Check that this machine has what namespaces need.
+
+    Raises:
+        NamespaceError: it has not.
+    """
+    missing = [tool for tool in ('unshare', 'nsenter', 'ip', 'tc') if not shutil.which(tool)]
+    if missing or os.geteuid() != 0:
+        wanted = f'the commands {", ".join(missing)}' if missing else 'root'
+        raise NamespaceError(f'Expected {wanted} for network namespaces, got none.')
+
+
+def own_network() -> bool:
+    """Have this program run in namespaces of its own: start it again there, once.
+
+    Returns:
+        Whether it runs there; not where the machine does not allow it.
+    """
+    with suppress(NamespaceError):
+        if OWN_NETWORK not in os.environ:
+            check_allowed()
+            _run([*UNSHARE, 'true'])
+            os.environ[OWN_NETWORK] = '1'
+            os.execvp(UNSHARE[0], [*UNSHARE, *sys.orig_argv])
+    return OWN_NETWORK in os.environ
+
+
+def _configure(link: str, number: int, run: Callable[..., None]) -> None:
+    run('ip', 'address', 'add', f'{SUBNET}.{number}/24', 'dev', link)
+    run('ip', 'link', 'set', link, 'up')
+    run('ip', 'route', 'add', '224.0.0.0/4', 'dev', link)
 
 
 def _namespace(stack: ExitStack) -> int:
     process: subprocess.Popen[Any] = subprocess.Popen(
-        ['unshare', '--net', '--mount', 'sh', '-c', HOLD],
+        [*UNSHARE, 'sh', '-c', HOLD],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     )  # fmt: skip
     stack.callback(process.communicate)
