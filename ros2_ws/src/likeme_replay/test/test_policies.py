@@ -66,6 +66,26 @@ def test_a_robot_that_asks_by_something_else_need_not_keep_to_the_threshold(
     assert found == broken
 
 
+def test_a_driver_that_died_tells_the_end_of_a_held_motion_when_it_is_back() -> None:
+    for told, broken in ((True, set()), (False, {'held_motions_end'})):
+        trace = Trace()
+        trace.beat(1)
+        trace.motion(id='x')
+        for silent in range(50):
+            trace.hold(held=True)
+            trace.wait(0.1)
+            if silent >= 30:
+                trace.beat(silent - 29, run='b', state=0, message='starting')
+        assert not trace.broken
+        for number in range(21, 51):
+            trace.beat(number, run='b')
+            trace.hold(held=True)
+            trace.wait(0.1)
+            if told and number == 30:
+                trace.motion(2, id='x', outcome=13)
+        assert trace.broken == broken
+
+
 def test_a_question_waits_beside_decisions_on_other_objects() -> None:
     good, bad = Trace(), Trace()
     policy_cases.question_beside_another_decision(good)

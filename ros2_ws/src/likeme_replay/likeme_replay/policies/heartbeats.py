@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from likeme_replay.policies.policy import Bounds, Found, Policy
-from likeme_replay.policies.seen import Recent, Seen
-
-ENDING = 3
+from likeme_replay.policies.seen import DEGRADED, ENDING, STARTING, Recent, Seen
 
 
 class HeartbeatsCountUp(Policy):
@@ -80,5 +78,5 @@ class ReasonsAreGiven(Policy):
     """A node that is not ready says why."""
 
     def on_heartbeat(self, message: Any, _: float) -> Found:
-        if message.state in (0, 2) and not message.message:
+        if message.state in (STARTING, DEGRADED) and not message.message:
             yield f'Expected why {message.node} is not ready, got nothing.'

@@ -14,6 +14,7 @@ from likeme_replay.policies.seen import (
     EXECUTE,
     LOST,
     ROBOT,
+    STARTING,
     TIME_JUMP,
     TRY_ANYWAY,
     UNDER_WAY,
@@ -194,7 +195,23 @@ class NoMotionBeginsUnheard(Policy):
 
 
 class HeldMotionsEnd(Expectant):
-    """A motion that was under way when the cell was held ends at once, held or complete."""
+    """A motion that was under way when the cell was held ends at once, held or complete.
+
+    A driver that was not heard meanwhile, since it died or was cut off, tells it when it is heard
+    again; that it is, is the matter of DeadNodesComeBack.
+    """
+
+    def __init__(self, seen: Seen, bounds: Bounds) -> None:
+        super().__init__(seen, bounds)
+        # When the driver was heard to run, s; None: this cell has no heartbeats.
+        self._driver_ran: float | None = None
+
+    def on_heartbeat(self, message: Any, now: float) -> Found:
+        if message.node.endswith('/arm_driver') and message.state != STARTING:
+            if self._silent(now):
+                self._expected.postpone(now + self.bounds.told)
+            self._driver_ran = now
+        yield from ()
 
     def on_cell_hold_state(self, message: Any, now: float) -> Found:
         if message.held and (self.seen.hold is None or not self.seen.hold.held):
@@ -208,3 +225,11 @@ class HeldMotionsEnd(Expectant):
         if message.state == ENDED:
             self._expected.meet(message.id)
         yield from ()
+
+    def tick(self, now: float) -> Found:
+        """The sentences of what has not come, of a driver that runs."""
+        if not self._silent(now):
+            yield from super().tick(now)
+
+    def _silent(self, now: float) -> bool:
+        return self._driver_ran is not None and now - self._driver_ran > self.bounds.silence

@@ -138,6 +138,11 @@ class Deadlines:
         """It has come, or is not expected any more."""
         self._open.pop(key, None)
 
+    def postpone(self, deadline: float) -> None:
+        """Expect nothing before a time, s."""
+        for key, (known, sentence) in self._open.items():
+            self._open[key] = max(known, deadline), sentence
+
     def clear(self) -> None:
         """Nothing is expected any more."""
         self._open.clear()
