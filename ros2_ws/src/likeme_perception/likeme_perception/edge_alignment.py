@@ -1,4 +1,4 @@
-"""How far an image has shifted, by the edges of what does not move."""
+"""Whether an image has shifted or turned, by the edges of what does not move."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ Index = NDArray[np.intp]
 _WIDTH, _REACH, _NONE = 640, 24, 2
 # So many of the strongest edges are compared; with fewer than the second nothing is told.
 _EDGES, _LEAST = 800, 100
-# An image has shifted if its edges fit so many times as well elsewhere; edges that fit themselves
+# Turns about the middle of the image that are looked for, degrees, each with these shifts, pixels.
+_TURNS, _TURN_SHIFTS = (-4.0, -2.0, -1.0, 1.0, 2.0, 4.0), (-4, 0, 4)
+# An image has moved if its edges fit so many times as well elsewhere; edges that fit themselves
 # less than so many times as well as they fit any shift tell nothing.
 _BETTER, _DISTINCT = 1.15, 1.5
 # A step of the depth, m, is an edge.
@@ -59,6 +61,7 @@ class EdgeAlignment:
         strength = np.where(inner & still, edges, 0).ravel()
         strongest = np.argsort(strength, kind='stable')[::-1][: 8 * _EDGES : 8]
         self._pixels: Index = strongest[strength[strongest] > 0]
+        self._turned = self._turns(scale)
         self._first = edges
 
     @cached_property
@@ -69,20 +72,32 @@ class EdgeAlignment:
         fit = self._fit(self._first)
         return bool(fit.max() >= _DISTINCT * np.median(fit))
 
-    def shift(self, edges: ImageB) -> tuple[int, int] | None:
-        """Rows and columns by which an image's edges have shifted; None: they have not, or untold.
+    def moved(self, edges: ImageB) -> bool:
+        """Whether an image's edges have shifted, or turned about its middle; not if untold.
 
         edges: of that image, (H, W).
         """
         if not self.distinct:
-            return None
+            return False
         fit = self._fit(edges)
-        row, column = np.unravel_index(int(fit.argmax()), fit.shape)
-        by = int(self._steps[row]), int(self._steps[column])
         near = np.abs(self._steps) <= self._none
         stays = fit[np.ix_(near, near)].max()
-        told = fit.max() > max(_BETTER * stays, _DISTINCT * np.median(fit))
-        return by if told else None
+        turned = edges.ravel()[self._turned].mean(axis=-1)
+        return bool(
+            max(fit.max(), turned.max()) > max(_BETTER * stays, _DISTINCT * np.median(fit))
+        )
+
+    def _turns(self, scale: float) -> Index:
+        """Where the compared pixels are after each turn and shift, (M, N), within the image."""
+        height, width = self._shape
+        row, column = np.divmod(self._pixels, width)
+        down, across = row - (height - 1) / 2, column - (width - 1) / 2
+        turns = np.radians(_TURNS)[:, None, None, None]
+        shifts = np.round(scale * np.array(_TURN_SHIFTS)).astype(np.intp)
+        to_row = np.rint(row + turns * across).astype(np.intp) + shifts[:, None, None]
+        to_column = np.rint(column - turns * down).astype(np.intp) + shifts[:, None]
+        to = np.clip(to_row, 0, height - 1) * width + np.clip(to_column, 0, width - 1)
+        return to.reshape(len(_TURNS) * len(_TURN_SHIFTS) ** 2, -1)
 
     def _fit(self, edges: ImageB) -> NDArray[np.float64]:
         """Mean strength of an image's edges where those of the first one are, by their shift."""

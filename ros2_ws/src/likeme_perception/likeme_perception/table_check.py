@@ -94,12 +94,12 @@ class TableCheck:
 
     def _look(self, frame: RgbdFrame, lit: bool) -> None:
         """Count in how many looks in a row it deviates in the same way."""
-        colours = self._colours.shift(colour_edges(frame.rgb)) if lit else None
-        depths = self._depths.shift(depth_edges(frame.depth))
         found = ''
-        if colours is not None or (self.enough and self._deviates(frame)):
+        if (lit and self._colours.moved(colour_edges(frame.rgb))) or (
+            self.enough and self._deviates(frame)
+        ):
             found = CAMERA_MOVED
-        elif depths is not None:
+        elif self._depths.moved(depth_edges(frame.depth)):
             found = NOT_REGISTERED if lit and self._colours.distinct else CAMERA_MOVED
         for reason in CAMERA_MOVED, NOT_REGISTERED:
             self._deviating[reason] = self._deviating[reason] + 1 if reason == found else 0

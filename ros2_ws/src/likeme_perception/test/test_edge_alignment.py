@@ -1,9 +1,10 @@
-"""Shifts of an image, told by the edges of a still scene."""
+"""Shifts and turns of an image, told by the edges of a still scene."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -38,29 +39,45 @@ def shifted(columns: int, rows: int = 0, rgb: bool = True, depth: bool = True):
     return change
 
 
+def turned(degrees: float):
+    """Turns the colours and the depth of a frame about the middle of the image."""
+
+    def change(frame):
+        height, width = frame.depth.shape
+        turn = cv2.getRotationMatrix2D(((width - 1) / 2, (height - 1) / 2), degrees, 1.0)
+        warped = [
+            cv2.warpAffine(image, turn, (width, height), flags=cv2.INTER_NEAREST)
+            for image in (frame.rgb, frame.depth)
+        ]
+        return replace(frame, rgb=warped[0], depth=warped[1])
+
+    return change
+
+
 @pytest.mark.parametrize('edges', [colours, depths])
-@pytest.mark.parametrize(('columns', 'rows'), [(5, 0), (-4, 3), (0, 6)])
-def test_a_shift_is_told(renderer, lemon, forearm, edges, columns, rows) -> None:
+@pytest.mark.parametrize(
+    'change', [shifted(5), shifted(-4, 3), shifted(0, 6), turned(3), turned(-3)]
+)
+def test_what_moves_an_image_is_told(renderer, lemon, forearm, edges, change) -> None:
     first = alignment(renderer.frame(), edges)
     frame = renderer.frame(lemon(0.45, 0.1), forearm(0.5, -0.1, 0.1))
     assert first.distinct
-    assert first.shift(edges(frame)) is None
-    told = first.shift(edges(shifted(columns, rows)(frame)))
-    assert told == pytest.approx((rows, columns), abs=1)
+    assert not first.moved(edges(frame))
+    assert first.moved(edges(change(frame)))
 
 
 def test_no_edges_tell_nothing(renderer) -> None:
     frame = renderer.frame()
     plain = replace(frame, rgb=np.full_like(frame.rgb, 120))
     assert not alignment(plain, colours).distinct
-    assert alignment(frame, colours).shift(colours(plain)) is None
+    assert not alignment(frame, colours).moved(colours(plain))
 
 
-def test_stripes_do_not_tell_their_shift(renderer) -> None:
+def test_stripes_do_not_tell_that_they_moved(renderer) -> None:
     frame = renderer.frame()
     stripes = np.where(np.arange(320) % 4 < 2, 200, 60).astype(np.uint8)
     striped = replace(frame, rgb=np.broadcast_to(stripes[None, :, None], frame.rgb.shape).copy())
-    assert alignment(striped, colours).shift(colours(shifted(2)(striped))) is None
+    assert not alignment(striped, colours).moved(colours(shifted(2)(striped)))
 
 
 @pytest.mark.parametrize(
@@ -69,6 +86,7 @@ def test_stripes_do_not_tell_their_shift(renderer) -> None:
         (shifted(5), CAMERA_MOVED),
         (shifted(5, depth=False), CAMERA_MOVED),
         (shifted(5, rgb=False), NOT_REGISTERED),
+        (turned(2), CAMERA_MOVED),
     ],
 )
 def test_states_are_unknown_where_images_have_shifted(
