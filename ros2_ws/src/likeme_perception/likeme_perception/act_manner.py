@@ -45,10 +45,12 @@ def act_manner(
         left: at which it left; None: it has not.
         least_rise: rise that the object is known to have had, m.
     """
-    rise = max(least_rise, estimate_rise(samples, before, after))
+    seen = estimate_rise(samples, before, after)
+    rise = max(least_rise, seen.height)
     manners = () if config.world is None else config.world.manners
     p = manner_probability(rise, config.place_rise, config.place_rise_scale, manners)
-    p = with_missing_frames(p, _missing_share(samples, before, start, left))
+    missing = _missing_share(samples, before, start, left) if seen.told else 1.0
+    p = with_missing_frames(p, missing)
     # Of two that are equally likely, the one with the lower number.
     manner = min(p, key=lambda m: (-p[m], m))
     return ActManner(manner, p[manner], rise)

@@ -54,8 +54,8 @@ class DemonstrationTracker:
     Neither is a change while hand and arm are in view together, since its author is not known, nor
     one of an object that lies where it did, on a border.
     If an object that the hand moved is not at rest by `settle_timeout`, or when the arm comes, the
-    act is unresolved. The state in which the object comes to rest later is not attributed to the
-    next act.
+    act is unresolved; so it is if the object is not seen when a hand comes back. The state in
+    which the object comes to rest later is not attributed to the next act.
 
     Attributes:
         unresolved: number of unresolved acts by reason.
@@ -65,11 +65,16 @@ class DemonstrationTracker:
         self._config = config
         self._settled: dict[str, ObjectObservation] = {}
         self._episode: HandEpisode | None = None
+        self._last: TableObservation | None = None
         self._attempts: AttemptTracker | None = None
         self.unresolved: Counter[UnresolvedReason] = Counter()
 
     def update(self, now: TableObservation) -> CompletedActs:
         """Process one frame; the acts that it completes, in the order the objects moved."""
+        before, self._last = self._last, now
+        earlier = CompletedActs()
+        if before is not None and self._lost(before, now):
+            earlier = self._end(before)
         if self._episode is None and now.hand_in_view:
             self._episode = HandEpisode(now.stamp, dict(self._settled))
             self._attempts = AttemptTracker(self._config, self._settled)
@@ -77,15 +82,39 @@ class DemonstrationTracker:
             self._store_settled(now)
             return CompletedActs()
         self._record(self._episode, now)
-        attempts = self._attempts.update(now)
+        attempts = earlier.attempts + self._attempts.update(now)
         if not self._complete(self._episode, now):
-            return CompletedActs(attempts=attempts)
+            return earlier._replace(attempts=attempts)
+        acts = self._end(now)
+        return acts._replace(attempts=attempts + acts.attempts)
+
+    def _lost(self, before: TableObservation, now: TableObservation) -> bool:
+        """Whether a hand comes back when one has left and something is not seen where it lay.
+
+        By then, as the frame before shows, what was left at rest in view would be known to rest.
+        What happened to the rest, by which hand, cannot be told.
+        """
+        episode, config = self._episode, self._config
+        return (
+            episode is not None
+            and episode.left is not None
+            and now.hand_in_view
+            and seconds(now.stamp - episode.left) >= config.hand_gone_time + config.settle_time
+            and any(
+                o.name in episode.before and not (o.settled or o.visible) for o in before.objects
+            )
+        )
+
+    def _end(self, now: TableObservation) -> CompletedActs:
+        """End the episode with what is seen now."""
+        assert self._episode is not None, 'There is one.'
+        assert self._attempts is not None, 'It has them.'
         episode, self._episode = self._episode, None
         self._store_settled(now)
         acts = CompletedActs(
             self._demonstrations(episode, now),
             self._unresolved_acts(episode, now),
-            attempts + self._attempts.ended(),
+            self._attempts.ended(),
         )
         self.unresolved.update(act.reason for act in acts.unresolved)
         return acts
@@ -154,16 +183,12 @@ class DemonstrationTracker:
     def _unresolved_acts(
         self, episode: HandEpisode, now: TableObservation
     ) -> tuple[UnresolvedAct, ...]:
-        """Acts whose author or end is not known; removes their objects from the settled ones."""
-        moved = [
-            o
-            for o in now.objects
-            if not o.settled
-            and (before := episode.before.get(o.name)) is not None
-            and _was_moved(episode.samples[o.name], before)
-        ]
-        for each in moved:
+        """Acts whose author or end is not known; what is not at rest now is not a settled one."""
+        lost = [o for o in now.objects if not o.settled and o.name in episode.before]
+        for each in lost:
+            # Seen again, it may have been moved by this hand, or by the next one.
             self._settled.pop(each.name, None)
+        moved = [o for o in lost if _was_moved(episode.samples[o.name], episode.before[o.name])]
         if episode.with_arm:
             return (UnresolvedAct(now.stamp, None, UnresolvedReason.HAND_AND_ARM),)
         return tuple(UnresolvedAct(now.stamp, o.name, _reason(o, now)) for o in moved)

@@ -172,6 +172,42 @@ def test_a_hand_that_rises_after_a_push_over_the_edge_has_placed_nothing(script:
     assert script.acts[0].manner is Manner.PUSH
 
 
+def test_a_short_place_in_a_hand_that_hides_the_object(script: Script) -> None:
+    script.show(seen('chicken', (0.44, -0.05, 0.03)), pear(), seconds=1)
+    for y, low in ((-0.05, 0.04), (-0.05, 0.15), (0.0, 0.15), (0.04, 0.15), (0.04, 0.04)):
+        tip = HandTip(0.44, y, low)
+        script.show(covered('chicken'), pear(), hand=True, tip=tip, seconds=0.3)
+    script.show(seen('chicken', (0.44, 0.04, 0.03)), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
+    assert script.acts[0].manner is Manner.PLACE
+    assert script.acts[0].manner_probability > 0.9
+
+
+def test_a_hidden_object_under_a_hand_that_was_hardly_seen_leaves_the_manner_open(
+    script: Script,
+) -> None:
+    tip = HandTip(0.44, -0.18, 0.04)
+    script.show(covered('chicken'), pear(), hand=True, tip=tip, seconds=0.2)
+    script.show(covered('chicken'), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
+    assert script.acts[0].manner_probability < 0.6
+
+
+def test_an_object_that_falls_off_the_table_had_been_lifted_where_it_was_hidden(
+    script: Script,
+) -> None:
+    for y, low in ((-0.18, 0.04), (-0.18, 0.15), (-0.27, 0.16), (-0.3, 0.16), (-0.34, 0.16)):
+        tip = HandTip(0.44, y, low)
+        script.show(covered('chicken'), pear(), hand=True, tip=tip, seconds=0.2)
+    for z in (-0.03, -0.07, -0.1, -0.13):
+        falls = seen('chicken', (0.44, -0.4, z), settled=False)
+        script.show(falls, pear(), hand=True, tip=HandTip(0.44, -0.34, 0.16), seconds=0.1)
+    script.show(seen('chicken', (0.44, -0.5, -0.17)), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, OFFTABLE)]
+    assert script.acts[0].manner is Manner.PLACE
+
+
 @pytest.mark.parametrize(('missing', 'least', 'most'), [(0.1, 0.9, 1.0), (1.0, 0.5, 0.8)])
 def test_frames_that_are_missing_leave_the_manner_open(
     script: Script, missing: float, least: float, most: float
@@ -318,6 +354,33 @@ def test_a_hand_that_returns_before_all_is_at_rest_continues_its_act(script: Scr
     script.show(seen('chicken', HALFWAY, settled=False), pear(), hand=True)
     script.show(seen('chicken', HALFWAY, settled=False), pear(), seconds=0.2)
     script.show(seen('chicken', AT_LEFT, settled=False), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert changes(script) == [('chicken', RIGHT, LEFT)]
+
+
+def test_what_was_lost_when_a_hand_comes_back_is_no_demonstration_of_it(script: Script) -> None:
+    script.show(covered('chicken'), pear(), hand=True)
+    script.show(covered('chicken'), pear(), seconds=1)
+    script.show(covered('chicken'), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert script.acts == []
+    script.show(covered('chicken'), pear(), hand=True)
+    script.show(seen('chicken', AT_RIGHT), pear(), seconds=1)
+    assert changes(script) == [('chicken', LEFT, RIGHT)]
+
+
+def test_the_next_act_does_not_start_where_a_lost_object_lay(script: Script) -> None:
+    script.show(covered('chicken'), pear(), hand=True)
+    script.show(covered('chicken'), pear(), seconds=6)
+    script.show(covered('chicken'), pear(), hand=True)
+    script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
+    assert script.acts == []
+
+
+def test_a_hand_that_stops_what_rolls_continues_its_act(script: Script) -> None:
+    script.show(rolling(LEFT), pear(), hand=True)
+    script.show(rolling(LEFT), pear(), seconds=1.5)
+    script.show(rolling(LEFT), pear(), hand=True)
     script.show(seen('chicken', AT_LEFT), pear(), seconds=1)
     assert changes(script) == [('chicken', RIGHT, LEFT)]
 
