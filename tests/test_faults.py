@@ -149,7 +149,11 @@ sys.path.insert(0, {benchmarks!r})
 from two_hosts_parts.hosts import own_network
 if not own_network():
     sys.exit({skipped})
+import os
+import psutil
 import time
+from likeme_core.standby import WAITING
+from likeme_bringup.start_cell import MODULES
 from faults_parts.live_cell import NAMES, live_cell
 from faults_parts.live_kinds import KINDS, LiveFault
 from likeme_bringup.start_cell import Part
@@ -162,6 +166,22 @@ with live_cell(1) as cell:
     end()
     assert cell.until(lambda: cell.ready, 60), 'The keeper is not heard again.'
     assert {{part: cell.process(part) for part in NAMES}} == before, 'A node was started again.'
+    # A standby that joined the graph while it was cut off takes over.
+    waits = lambda: any(
+        child.name() == WAITING and MODULES[Part.HOLD] in child.cmdline()
+        for child in psutil.Process(os.getpid()).children(recursive=True)
+    )
+    end = KINDS['network cut'](cell, LiveFault('network cut', '', Part.HOLD, 0.0))
+    assert cell.until(waits, 60)
+    cell.process(Part.HOLD).kill()
+    assert cell.until(lambda: not waits(), 60)
+    assert cell.until(waits, 60), 'There is no next standby.'
+    end()
+    assert cell.until(lambda: cell.ready, 60), 'The second keeper is not heard.'
+    run = cell.heartbeats.nodes[NAMES[Part.HOLD]].run
+    cell.process(Part.HOLD).kill()
+    assert cell.until(lambda: cell.heartbeats.nodes[NAMES[Part.HOLD]].run != run, 60), 'Not heard.'
+    assert cell.until(lambda: cell.ready, 60)
     assert not cell.watch.monitor.violations, cell.watch.monitor.violations
 """
 SKIPPED = 77

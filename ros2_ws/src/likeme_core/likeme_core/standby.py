@@ -3,6 +3,9 @@
 `python -m likeme_core.standby MODULE [ARGUMENT...]` imports the module and waits for a line on
 stdin. Then it does what `python -m MODULE ARGUMENT...` does, without the time of the imports; at
 end of file it ends. Its name in the process list is `importing`, then `standby` until it is told.
+
+DDS looks for network interfaces when a process joins the graph, and never again: a process that
+joined while the network was away would not be heard by other hosts. It starts anew instead.
 """
 
 from __future__ import annotations
@@ -15,6 +18,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from likeme_core.networks import running_networks
+
 #: What makes it the node.
 GO = b'\n'
 IMPORTING, WAITING = 'importing', 'standby'
@@ -25,6 +30,7 @@ def main(module: str, *arguments: str) -> int:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     set_process_name(IMPORTING)
     sys.argv[1:] = arguments
+    networks = running_networks()
     with discarded_output():
         node = importlib.import_module(module)
         # What the node imports or makes only when it is made.
@@ -35,6 +41,8 @@ def main(module: str, *arguments: str) -> int:
     set_process_name('python')
     with open(os.devnull, 'rb') as nothing:
         os.dup2(nothing.fileno(), sys.stdin.fileno())
+    if running_networks() - networks:
+        os.execv(sys.executable, [sys.executable, '-m', module, *arguments])
     sys.argv[0] = str(node.__file__)
     return int(node.main())
 
