@@ -14,7 +14,7 @@ from likeme_perception.observation import ObjectObservation
 MOVED_DISTANCE = 0.03
 # The same for the hand that carries it, from both ends of the path.
 _CARRY_DISTANCE = 0.06
-# What is lower than where it lay by more than this, m, falls off the table: no part of the way.
+# What is lower than where it lay by more than this, m, falls off the table: no sample of the way.
 _FALLEN = 0.02
 # With fewer samples of the object under way, the hand's height is used instead.
 _LEAST_SAMPLES = 4
@@ -53,7 +53,6 @@ def estimate_rise(
         s.place[2] - start[2]
         for s in samples
         if s.place is not None
-        and s.place[2] > start[2] - _FALLEN
         and horizontal_distance(s.place, start) > MOVED_DISTANCE
         and (end is None or horizontal_distance(s.place, end) > MOVED_DISTANCE)
     ]
@@ -63,11 +62,12 @@ def estimate_rise(
         if s.place is not None and horizontal_distance(s.place, start) <= MOVED_DISTANCE
     ]
     rise = max(0.0, _robust_maximum(under_way + at_start))
-    if len(under_way) >= _LEAST_SAMPLES:
+    on_the_way = sum(height > -_FALLEN for height in under_way)
+    if on_the_way >= _LEAST_SAMPLES:
         return Rise(rise, told=True)
     hand = _hand_rise(samples, start, end)
     hidden = sum(s.place is None and s.tip is not None for s in samples)
-    seen = len(under_way) > 0 and hidden < _LEAST_TIPS
+    seen = on_the_way > 0 and hidden < _LEAST_TIPS
     return Rise(max(rise, hand or 0.0), told=seen or hand is not None)
 
 
