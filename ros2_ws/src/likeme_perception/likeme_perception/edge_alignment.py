@@ -97,7 +97,7 @@ class EdgeAlignment:
         to_row = np.rint(row + turns * across).astype(np.intp) + shifts[:, None, None]
         to_column = np.rint(column - turns * down).astype(np.intp) + shifts[:, None]
         to = np.clip(to_row, 0, height - 1) * width + np.clip(to_column, 0, width - 1)
-        return to.reshape(len(_TURNS) * len(_TURN_SHIFTS) ** 2, -1)
+        return cast(Index, to.reshape(len(_TURNS) * len(_TURN_SHIFTS) ** 2, -1))
 
     def _fit(self, edges: ImageB) -> NDArray[np.float64]:
         """Mean strength of an image's edges where those of the first one are, by their shift."""
