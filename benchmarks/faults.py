@@ -19,7 +19,7 @@ import numpy as np
 from faults_parts import results
 from faults_parts.results import CellResult, Trouble
 from report import Bar, option_parser, publish, whole_number
-from two_hosts_parts.hosts import own_network
+from virtual_hosts.hosts import own_network
 
 #: Troubles that are reported of each kind.
 SHOWN = 20

@@ -1,7 +1,7 @@
 """A cell on two hosts: frames lost and the story on a clean cable; false claims on a lossy one.
 
 Simulator on one host, perception and inference on the other, started by start_cell.sh --network
-in two network namespaces (two_hosts_parts/hosts.py). Exit code 3: this machine allows none.
+in two network namespaces (virtual_hosts/hosts.py). Exit code 3: this machine allows none.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 from likeme_core.progress_bar import counted
 from report import Bar, option_parser, publish, whole_number
-from two_hosts_parts.hosts import Host, NamespaceError, two_hosts
+from virtual_hosts.hosts import Host, NamespaceError, two_hosts
 
 ROOT = Path(__file__).resolve().parents[1]
 #: Manners by their numbers in Demonstration.msg; regions of chung2015.

@@ -37,7 +37,7 @@ from likeme_msgs.msg import Demonstration, TableState
 from likeme_msgs.srv import AskHuman, ExecuteAction, ResetCell
 from likeme_replay.policies.monitor import PolicyMonitor
 from likeme_replay.ros.policy_monitor_node import PolicyMonitorNode
-from two_hosts_parts.hosts import OWN_NETWORK, Host, hosts_at_switch
+from virtual_hosts.hosts import OWN_NETWORK, Host, hosts_at_switch
 
 NAMES = {
     Part.HOLD: '/hold_keeper', Part.ARM: '/arm_driver', Part.PERCEPTION: '/perception_node',
@@ -153,12 +153,19 @@ class LiveCell:
 
     def process(self, part: Part) -> psutil.Process | None:
         """The process of a node, not its standby."""
+        return self._child(part, lambda name: name not in (IMPORTING, WAITING))
+
+    def standby(self, part: Part) -> psutil.Process | None:
+        """The standby process of a node, once it waits."""
+        return self._child(part, lambda name: name == WAITING)
+
+    def _child(self, part: Part, named: Callable[[str], bool]) -> psutil.Process | None:
         for child in psutil.Process(self._supervisor).children():
             try:
                 name, words = child.name(), ' '.join(child.cmdline())
             except psutil.NoSuchProcess:
                 continue
-            if MODULES[part] in words and name not in (IMPORTING, WAITING):
+            if MODULES[part] in words and named(name):
                 return child
         return None
 
@@ -179,12 +186,10 @@ class LiveCell:
 
 def _supervise(options: StartOptions, domain: int, log: str, hosts: Mapping[Part, Host]) -> None:
     """The cell under its supervisor, until SIGTERM."""
-    parts = tuple(Part)
-    nodes = [
-        child if part not in hosts else _on(hosts[part], child)
-        for part, child in zip(parts, children(parts, options, network=bool(hosts)), strict=True)
-    ]
-    with open(log, 'w', encoding='utf-8') as out, claim(domain, parts):
+    nodes = children(options=options)
+    if hosts:
+        nodes = [_on(hosts[Part(each.name)], each) for each in nodes]
+    with open(log, 'w', encoding='utf-8') as out, claim(domain, tuple(Part)):
         Supervisor(nodes, out, respawn=POLICY).run()
 
 

@@ -10,7 +10,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from typing import Any, NamedTuple
 
@@ -76,13 +76,13 @@ def two_hosts() -> Iterator[tuple[Host, Host]]:
     Raises:
         NamespaceError: the machine does not allow them.
     """
-    check_allowed()
+    _check_allowed()
     with ExitStack() as stack:
         hosts = Host(_namespace(stack)), Host(_namespace(stack))
         _run(['ip', 'link', 'add', 'cable', 'netns', str(hosts[0].pid), 'type', 'veth',
               'peer', 'name', 'cable', 'netns', str(hosts[1].pid)])  # fmt: skip
         for number, host in enumerate(hosts, 1):
-            _configure('cable', number, host.run)
+            _configure('cable', number, host.command())
         yield hosts
 
 
@@ -100,19 +100,19 @@ def hosts_at_switch(count: int) -> Iterator[tuple[Host, ...]]:
         # Without a router no host would be asked which groups it wants.
         _run(['ip', 'link', 'add', 'switch', 'type', 'bridge', 'mcast_snooping', '0'])
         stack.callback(_run, ['ip', 'link', 'delete', 'switch'], must_work=False)
-        _configure('switch', 254, lambda *words: _run([*words]))
+        _configure('switch', 254, [])
         hosts = []
         for number in range(1, count + 1):
             host = Host(_namespace(stack), f'port{number}')
             _run(['ip', 'link', 'add', host.port, 'type', 'veth',
                   'peer', 'name', 'cable', 'netns', str(host.pid)])  # fmt: skip
             _run(['ip', 'link', 'set', host.port, 'master', 'switch', 'up'])
-            _configure('cable', number, host.run)
+            _configure('cable', number, host.command())
             hosts.append(host)
         yield tuple(hosts)
 
 
-def check_allowed() -> None:
+def _check_allowed() -> None:
     """Check that this machine has what namespaces need.
 
     Raises:
@@ -132,17 +132,18 @@ def own_network() -> bool:
     """
     with suppress(NamespaceError):
         if OWN_NETWORK not in os.environ:
-            check_allowed()
+            _check_allowed()
             _run([*UNSHARE, 'true'])
             os.environ[OWN_NETWORK] = '1'
             os.execvp(UNSHARE[0], [*UNSHARE, *sys.orig_argv])
     return OWN_NETWORK in os.environ
 
 
-def _configure(link: str, number: int, run: Callable[..., None]) -> None:
-    run('ip', 'address', 'add', f'{SUBNET}.{number}/24', 'dev', link)
-    run('ip', 'link', 'set', link, 'up')
-    run('ip', 'route', 'add', '224.0.0.0/4', 'dev', link)
+def _configure(link: str, number: int, on: list[str]) -> None:
+    """Give a link an address and have it used for multicast; on: `Host.command()` of its host."""
+    _run([*on, 'ip', 'address', 'add', f'{SUBNET}.{number}/24', 'dev', link])
+    _run([*on, 'ip', 'link', 'set', link, 'up'])
+    _run([*on, 'ip', 'route', 'add', '224.0.0.0/4', 'dev', link])
 
 
 def _namespace(stack: ExitStack) -> int:

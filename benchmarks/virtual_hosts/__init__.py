@@ -1,0 +1,1 @@
+"""Hosts on one machine, for benchmarks of a cell on a network."""
