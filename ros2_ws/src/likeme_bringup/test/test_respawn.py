@@ -182,6 +182,29 @@ def test_a_standby_becomes_the_child(node: Child) -> None:
         assert not waiting[0].is_running()
 
 
+NETWORK_COMES = """
+import sys
+from likeme_core import standby
+networks = iter([frozenset(), frozenset({('eth0', '192.0.2.1')})])
+standby.running_networks = lambda: next(networks)
+sys.exit(standby.main(*sys.argv[1:]))
+"""
+
+
+def test_a_standby_starts_anew_where_the_network_came_after_it(node: Child) -> None:
+    assert node.standby is not None
+    changed = [sys.executable, '-c', NETWORK_COMES, *node.standby[4:]]
+    child = node._replace(standby=changed)
+    with supervised(child, Respawn(standby=0.0)) as (supervisor, out):
+        first = int(wait_for(supervisor, out, r'up (\d+)')[1])
+        while not (waiting := standbys()):
+            assert supervisor.watch(0.05) is None
+        os.kill(first, signal.SIGKILL)
+        again = r'restart 1\)\.\none  *\| imported\none  *\| up (\d+) --seed 3\n'
+        assert int(wait_for(supervisor, out, again)[1]) == waiting[0].pid
+        assert supervisor.stop() == [Ended('one', 0)]
+
+
 def test_without_its_standby_a_child_is_started_from_nothing(node: Child) -> None:
     with supervised(node, Respawn(standby=0.0)) as (supervisor, out):
         first = int(wait_for(supervisor, out, r'up (\d+)')[1])

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import likeme_core.program
 from likeme_core.networks import running_networks
 
 #: What makes it the node.
@@ -41,9 +42,13 @@ def main(module: str, *arguments: str) -> int:
     set_process_name('python')
     with open(os.devnull, 'rb') as nothing:
         os.dup2(nothing.fileno(), sys.stdin.fileno())
+    name = str(node.__file__)
     if running_networks() - networks:
-        os.execv(sys.executable, [sys.executable, '-m', module, *arguments])
-    sys.argv[0] = str(node.__file__)
+        # Until the program can take it, see likeme_core.program.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        program = [sys.executable, '-m', likeme_core.program.__name__, name, module, *arguments]
+        os.execv(sys.executable, program)
+    sys.argv[0] = name
     return int(node.main())
 
 

@@ -73,7 +73,7 @@ class DemonstrationTracker:
         """Process one frame; the acts that it completes, in the order the objects moved."""
         before, self._last = self._last, now
         earlier = CompletedActs()
-        if before is not None and self._lost(before, now):
+        if before is not None and self._returns_to_lost(before, now):
             earlier = self._end(before)
         if self._episode is None and now.hand_in_view:
             self._episode = HandEpisode(now.stamp, dict(self._settled))
@@ -88,7 +88,7 @@ class DemonstrationTracker:
         acts = self._end(now)
         return acts._replace(attempts=attempts + acts.attempts)
 
-    def _lost(self, before: TableObservation, now: TableObservation) -> bool:
+    def _returns_to_lost(self, before: TableObservation, now: TableObservation) -> bool:
         """Whether a hand comes back when one has left and something is not seen where it lay.
 
         By then, as the frame before shows, what was left at rest in view would be known to rest.
@@ -111,11 +111,15 @@ class DemonstrationTracker:
         assert self._attempts is not None, 'It has them.'
         episode, self._episode = self._episode, None
         self._store_settled(now)
+        lost = [o for o in now.objects if not o.settled and o.name in episode.before]
         acts = CompletedActs(
             self._demonstrations(episode, now),
-            self._unresolved_acts(episode, now),
+            _unresolved_acts(episode, lost, now),
             self._attempts.ended(),
         )
+        for each in lost:
+            # Seen again, it may have been moved by this hand, or by the next one.
+            self._settled.pop(each.name, None)
         self.unresolved.update(act.reason for act in acts.unresolved)
         return acts
 
@@ -180,19 +184,6 @@ class DemonstrationTracker:
         ]
         return tuple(act for _, act in sorted(acts, key=lambda pair: pair[0]))
 
-    def _unresolved_acts(
-        self, episode: HandEpisode, now: TableObservation
-    ) -> tuple[UnresolvedAct, ...]:
-        """Acts whose author or end is not known; what is not at rest now is not a settled one."""
-        lost = [o for o in now.objects if not o.settled and o.name in episode.before]
-        for each in lost:
-            # Seen again, it may have been moved by this hand, or by the next one.
-            self._settled.pop(each.name, None)
-        moved = [o for o in lost if _was_moved(episode.samples[o.name], episode.before[o.name])]
-        if episode.with_arm:
-            return (UnresolvedAct(now.stamp, None, UnresolvedReason.HAND_AND_ARM),)
-        return tuple(UnresolvedAct(now.stamp, o.name, _reason(o, now)) for o in moved)
-
     def _demonstration(
         self,
         episode: HandEpisode,
@@ -218,6 +209,19 @@ class DemonstrationTracker:
             manner_probability=told.probability,
             rise=told.rise,
         )
+
+
+def _unresolved_acts(
+    episode: HandEpisode, lost: list[ObjectObservation], now: TableObservation
+) -> tuple[UnresolvedAct, ...]:
+    """Acts whose author or end is not known; lost: objects that rested before, and do not now."""
+    if episode.with_arm:
+        return (UnresolvedAct(now.stamp, None, UnresolvedReason.HAND_AND_ARM),)
+    return tuple(
+        UnresolvedAct(now.stamp, o.name, _reason(o, now))
+        for o in lost
+        if _was_moved(episode.samples[o.name], episode.before[o.name])
+    )
 
 
 def _lies_elsewhere(before: ObjectObservation, after: ObjectObservation) -> bool:

@@ -89,7 +89,7 @@ def test_stripes_do_not_tell_that_they_moved(renderer) -> None:
         (turned(2), CAMERA_MOVED),
     ],
 )
-def test_states_are_unknown_where_images_have_shifted(
+def test_states_are_unknown_where_images_have_moved(
     renderer, catalogue, lemon, pear, change, reason
 ) -> None:
     perception = renderer.perception(catalogue)

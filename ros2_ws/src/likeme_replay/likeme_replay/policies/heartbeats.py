@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from likeme_core.heartbeats import NodeState
 from likeme_replay.policies.policy import Bounds, Found, Policy
-from likeme_replay.policies.seen import DEGRADED, ENDING, STARTING, Recent, Seen
+from likeme_replay.policies.seen import Recent, Seen
 
 
 class HeartbeatsCountUp(Policy):
@@ -48,7 +49,7 @@ class DeadNodesComeBack(Policy):
         self._heard: Recent[float] = Recent(100)
 
     def on_heartbeat(self, message: Any, now: float) -> Found:
-        if message.state == ENDING:
+        if message.state == NodeState.ENDING:
             self._heard.pop(message.node, None)
         else:
             self._heard[message.node] = now
@@ -78,5 +79,5 @@ class ReasonsAreGiven(Policy):
     """A node that is not ready says why."""
 
     def on_heartbeat(self, message: Any, _: float) -> Found:
-        if message.state in (STARTING, DEGRADED) and not message.message:
+        if message.state in (NodeState.STARTING, NodeState.DEGRADED) and not message.message:
             yield f'Expected why {message.node} is not ready, got nothing.'

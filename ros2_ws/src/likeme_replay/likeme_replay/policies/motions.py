@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from likeme_core.heartbeats import NodeState
 from likeme_core.stamps import stamp_ns
 from likeme_replay.policies.motion_ids import decision_of
 from likeme_replay.policies.policy import Bounds, Expectant, Found, Policy
@@ -14,7 +15,6 @@ from likeme_replay.policies.seen import (
     EXECUTE,
     LOST,
     ROBOT,
-    STARTING,
     TIME_JUMP,
     TRY_ANYWAY,
     UNDER_WAY,
@@ -207,7 +207,7 @@ class HeldMotionsEnd(Expectant):
         self._driver_ran: float | None = None
 
     def on_heartbeat(self, message: Any, now: float) -> Found:
-        if message.node.endswith('/arm_driver') and message.state != STARTING:
+        if message.node.endswith('/arm_driver') and message.state != NodeState.STARTING:
             if self._silent(now):
                 self._expected.postpone(now + self.bounds.told)
             self._driver_ran = now

@@ -14,8 +14,6 @@ EXECUTE, ASK_HUMAN, AT_GOAL, NO_ACTION = range(4)
 #: States of a motion and its actors, see likeme_msgs/Motion.
 UNDER_WAY, ENDED = 1, 2
 ROBOT, HUMAN, NOBODY = range(3)
-#: States of a node, see likeme_msgs/Heartbeat.
-STARTING, READY, DEGRADED, ENDING = range(4)
 #: Results, see likeme_msgs/Outcome.
 REACHED, MISSED, NOT_SEEN, ARM_FAILED, SKIPPED, GOAL_NAMED = range(6)
 #: Outcomes of motions, see likeme_msgs/ExecuteAction.
